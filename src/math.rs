@@ -53,7 +53,8 @@ mod tests {
 
     #[test]
     fn frames_are_orthonormal_and_right_handed() {
-        for n in [Vec3::Z, -Vec3::Z, Vec3::X, Vec3::new(0.6, -0.64, 0.48), Vec3::new(-0.01, 0.02, -0.9997).normalize()] {
+        for n in [Vec3::Z, -Vec3::Z, Vec3::X, Vec3::new(0.6, -0.64, 0.48), Vec3::new(-0.01, 0.02, -0.9997).normalize()]
+        {
             let f = Frame::around(n);
             assert!((f.s.cross(f.t) - n).length() < 1e-5, "{n}");
             let v = Vec3::new(0.3, -2.0, 1.1);

@@ -48,7 +48,12 @@ impl Independent {
     /// The sequence of one sample of one pixel. `pixel` is any number that names the pixel of the full image.
     #[inline]
     pub fn new(seed: u64, pixel: u32, sample: u32, stream: Stream) -> Self {
-        Self { key: [seed as u32, (seed >> 32) as u32], counter: [0, stream as u32, pixel, sample], block: [0; 4], used: 4 }
+        Self {
+            key: [seed as u32, (seed >> 32) as u32],
+            counter: [0, stream as u32, pixel, sample],
+            block: [0; 4],
+            used: 4,
+        }
     }
 }
 

@@ -13,11 +13,8 @@ pub fn disk(u: Vec2) -> Vec2 {
     if v == Vec2::ZERO {
         return Vec2::ZERO;
     }
-    let (r, phi) = if v.x.abs() > v.y.abs() {
-        (v.x, PI / 4.0 * (v.y / v.x))
-    } else {
-        (v.y, PI / 2.0 - PI / 4.0 * (v.x / v.y))
-    };
+    let (r, phi) =
+        if v.x.abs() > v.y.abs() { (v.x, PI / 4.0 * (v.y / v.x)) } else { (v.y, PI / 2.0 - PI / 4.0 * (v.x / v.y)) };
     r * Vec2::new(phi.cos(), phi.sin())
 }
 

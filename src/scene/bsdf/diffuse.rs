@@ -1,0 +1,68 @@
+//! Lambert's law.
+
+use std::f32::consts::FRAC_1_PI;
+
+use glam::Vec3;
+
+use super::{BsdfSample, Lobe, Scatter, ScatterEvent, Transport};
+use crate::{
+    math::Rgb,
+    sampling::{PdfSolidAngle, warp},
+};
+
+/// A two-sided Lambertian reflector: f = albedo/π where both directions are on the same side.
+#[derive(Clone, Copy, Debug)]
+pub struct Diffuse {
+    /// The reflected fraction, in [0, 1] per channel.
+    pub albedo: Rgb,
+}
+
+impl Diffuse {
+    /// See [`super::Bsdf::eval`].
+    #[inline]
+    pub fn eval(&self, lobe: Lobe, to_camera: Vec3, to_light: Vec3) -> Scatter {
+        if lobe != Lobe::Continuous || to_camera.z * to_light.z <= 0.0 {
+            return Scatter::ZERO;
+        }
+        Scatter {
+            f: self.albedo * FRAC_1_PI,
+            to_light: warp::cosine_hemisphere_pdf(to_light.z.abs()),
+            to_camera: warp::cosine_hemisphere_pdf(to_camera.z.abs()),
+        }
+    }
+
+    /// See [`super::Bsdf::sample`].
+    #[inline]
+    pub fn sample(&self, known: Vec3, transport: Transport, u: Vec3) -> Option<BsdfSample> {
+        if self.albedo == Rgb::ZERO || known.z == 0.0 {
+            return None;
+        }
+        let up = warp::cosine_hemisphere(u.truncate());
+        let direction = Vec3::new(up.x, up.y, up.z.copysign(known.z));
+        let (to_camera, to_light) = transport.sides(known, direction);
+        let scatter = self.eval(Lobe::Continuous, to_camera, to_light);
+        (scatter.to_light > PdfSolidAngle::ZERO && direction.z != 0.0).then_some(BsdfSample {
+            direction,
+            lobe: Lobe::Continuous,
+            scatter,
+        })
+    }
+
+    /// See [`super::Bsdf::has_continuous`]: false for a black surface, which no connection needs to try.
+    #[inline]
+    pub fn has_continuous(&self) -> bool {
+        self.albedo != Rgb::ZERO
+    }
+
+    /// See [`super::Bsdf::delta_count`].
+    #[inline]
+    pub fn delta_count(&self) -> u8 {
+        0
+    }
+
+    /// See [`super::Bsdf::event`].
+    #[inline]
+    pub fn continuous_event(&self, _to_camera: Vec3, _to_light: Vec3) -> ScatterEvent {
+        ScatterEvent::Diffuse
+    }
+}

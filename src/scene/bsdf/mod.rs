@@ -1,0 +1,176 @@
+//! How surfaces scatter: one enum of BSDFs over one small interface.
+//!
+//! All directions are unit vectors in the *shading frame* (z is N_s) and point away from the surface. A BSDF never asks
+//! which way a path is being built: [`Bsdf::eval`] takes the direction towards the camera and the one towards the light,
+//! and returns the radiance-convention value with *both* densities. Only [`Bsdf::sample`] knows a [`Transport`].
+
+mod dielectric;
+mod diffuse;
+mod fresnel;
+mod metallic_roughness;
+mod microfacet;
+mod thin;
+
+use glam::Vec3;
+
+use crate::{math::Rgb, sampling::PdfSolidAngle};
+
+pub use dielectric::Dielectric;
+pub use diffuse::Diffuse;
+pub use metallic_roughness::MetallicRoughness;
+pub use thin::ThinDielectric;
+
+/// Which side a walk comes from, known to sampling only.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Transport {
+    /// The walk began at the camera: the known direction points to the camera, the sampled one to the light.
+    Radiance,
+    /// The walk began at a light: the known direction points to the light, the sampled one to the camera.
+    Importance,
+}
+
+impl Transport {
+    /// (direction towards the camera, direction towards the light) from the known and the sampled direction.
+    #[inline]
+    pub fn sides(self, known: Vec3, sampled: Vec3) -> (Vec3, Vec3) {
+        match self {
+            Self::Radiance => (known, sampled),
+            Self::Importance => (sampled, known),
+        }
+    }
+}
+
+impl Scatter {
+    /// (density of the sampled direction, density of the known one given the sampled) for a walk.
+    #[inline]
+    pub fn forward_reverse(&self, transport: Transport) -> (PdfSolidAngle, PdfSolidAngle) {
+        match transport {
+            Transport::Radiance => (self.to_light, self.to_camera),
+            Transport::Importance => (self.to_camera, self.to_light),
+        }
+    }
+}
+
+/// The component of a BSDF that a path uses at a vertex.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Lobe {
+    /// The sum of all smooth components, with their selection probabilities.
+    Continuous,
+    /// The delta component of this index.
+    Delta(u8),
+}
+
+/// What a vertex does to light, as path classes name it (Heckbert 1990).
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum ScatterEvent {
+    /// Diffuse: the dominant lobe is Lambertian.
+    Diffuse,
+    /// Glossy: the dominant lobe is a rough microfacet lobe.
+    Glossy,
+    /// Specular: a delta component.
+    Specular,
+}
+
+/// The value of a BSDF for one pair of directions, with the densities of sampling each from the other.
+///
+/// For [`Lobe::Continuous`] the densities include the probability of choosing the continuous part and of each lobe within it.
+/// For [`Lobe::Delta`] all three are coefficients of one delta with respect to solid angle on the light side:
+/// `f` is reflectance/|cos θ_light| (times (η_camera/η_light)² for refraction), `to_light` is the lobe's probability, and
+/// `to_camera` is its probability from the light side times |dω_light/dω_camera|, which for refraction is
+/// η_camera² |cos θ_camera| / (η_light² |cos θ_light|) and 1 for a mirror.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Scatter {
+    /// The BSDF in the radiance convention, 1/sr; no cosine.
+    pub f: Rgb,
+    /// The density of sampling the light direction, given the camera direction ([`Transport::Radiance`]).
+    pub to_light: PdfSolidAngle,
+    /// The density of sampling the camera direction, given the light direction ([`Transport::Importance`]).
+    pub to_camera: PdfSolidAngle,
+}
+
+impl Scatter {
+    /// No light passes, and neither direction is ever sampled from the other.
+    pub const ZERO: Self = Self { f: Rgb::ZERO, to_light: PdfSolidAngle::ZERO, to_camera: PdfSolidAngle::ZERO };
+}
+
+/// A sampled direction with the lobe it came from and the BSDF there.
+#[derive(Clone, Copy, Debug)]
+pub struct BsdfSample {
+    /// The sampled unit direction, in the shading frame.
+    pub direction: Vec3,
+    /// The lobe that it belongs to.
+    pub lobe: Lobe,
+    /// The same as [`Bsdf::eval`] returns for this lobe and the two directions.
+    pub scatter: Scatter,
+}
+
+/// A BSDF with its parameters resolved at one point.
+#[derive(Clone, Copy, Debug)]
+pub enum Bsdf {
+    /// Lambert.
+    Diffuse(Diffuse),
+    /// An opaque dielectric or metal, rough or smooth.
+    MetallicRoughness(MetallicRoughness),
+    /// The boundary of a refracting volume, rough or smooth.
+    Dielectric(Dielectric),
+    /// A thin-walled transmitting surface.
+    Thin(ThinDielectric),
+}
+
+macro_rules! dispatch {
+    ($bsdf:expr, $b:ident => $call:expr) => {
+        match $bsdf {
+            Bsdf::Diffuse($b) => $call,
+            Bsdf::MetallicRoughness($b) => $call,
+            Bsdf::Dielectric($b) => $call,
+            Bsdf::Thin($b) => $call,
+        }
+    };
+}
+
+impl Bsdf {
+    /// f and both densities of one lobe, for the directions towards the camera and towards the light.
+    ///
+    /// With [`Lobe::Delta`] the two directions are taken to satisfy the delta (mirror direction, Snell's law).
+    #[inline]
+    pub fn eval(&self, lobe: Lobe, to_camera: Vec3, to_light: Vec3) -> Scatter {
+        dispatch!(self, b => b.eval(lobe, to_camera, to_light))
+    }
+
+    /// Samples the direction across from `known`, with one number for the lobe (`u.z`) and two for the direction.
+    /// `None` where nothing is scattered or the sampled direction is invalid.
+    #[inline]
+    pub fn sample(&self, known: Vec3, transport: Transport, u: Vec3) -> Option<BsdfSample> {
+        dispatch!(self, b => b.sample(known, transport, u))
+    }
+
+    /// Whether there is a continuous part that a connection could use.
+    #[inline]
+    pub fn has_continuous(&self) -> bool {
+        dispatch!(self, b => b.has_continuous())
+    }
+
+    /// How many delta components there are: their lobes are `Delta(0)` … `Delta(n − 1)`.
+    #[inline]
+    pub fn delta_count(&self) -> u8 {
+        dispatch!(self, b => b.delta_count())
+    }
+
+    /// The path-class event: a deterministic function of the lobe and the two directions.
+    #[inline]
+    pub fn event(&self, lobe: Lobe, to_camera: Vec3, to_light: Vec3) -> ScatterEvent {
+        match lobe {
+            Lobe::Delta(_) => ScatterEvent::Specular,
+            Lobe::Continuous => dispatch!(self, b => b.continuous_event(to_camera, to_light)),
+        }
+    }
+
+    /// η_light / η_camera: 1 unless the directions lie on the two sides of a refracting boundary.
+    #[inline]
+    pub fn relative_ior(&self, to_camera: Vec3, to_light: Vec3) -> f32 {
+        match self {
+            Self::Dielectric(d) => d.relative_ior(to_camera, to_light),
+            _ => 1.0,
+        }
+    }
+}
