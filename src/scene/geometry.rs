@@ -133,3 +133,6 @@ impl Geometry {
         unimplemented!()
     }
 }
+
+/// Placeholder.
+pub fn offset_origin(position: Vec3, normal: Vec3, error: f32, direction: Vec3) -> Vec3 { let _ = (normal, error, direction); position }

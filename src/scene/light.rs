@@ -1,5 +1,352 @@
-//! Lights: L_e and every density with which a path can start on one.
+//! Lights: L_e, and every density with which a path can start on one or arrive at one.
+//!
+//! A light is an endpoint p_n with two kinds of densities. *Emission* densities (of the position, then of the direction)
+//! belong to strategies that walk from the light, p_{s≥2} and p_{1,1}; the *next-event* density belongs to p_{1,t≥2}
+//! and is conditional on p_{n-1}. Multiple importance sampling needs to know which is which.
 
-/// The index of a light in its scene: every emissive triangle or sphere is one, and so is every point light, sun and environment.
+use std::f32::consts::{FRAC_1_PI, PI};
+
+use glam::{Vec2, Vec3};
+
+use super::{
+    geometry::{Geometry, PrimitiveId, Surface},
+    material::{EmissionSides, Material, MaterialId},
+    point::{Place, Point},
+};
+use crate::{
+    math::{Frame, Rgb, luminance},
+    sampling::{Discrete, PdfArea, PdfSolidAngle, warp},
+    scene::bsdf::{Bsdf, Diffuse},
+};
+
+/// The index of a light: every emissive triangle or sphere is one, and so is every point light, sun and environment.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct LightId(pub u32);
+
+/// A source of light.
+#[derive(Clone, Copy, Debug)]
+pub enum Light {
+    /// A primitive that emits the same radiance (W/(m² sr) or nit) from every point into every direction of its emitting sides.
+    Area {
+        /// The primitive.
+        primitive: PrimitiveId,
+        /// L_e.
+        radiance: Rgb,
+        /// Which sides emit, with respect to N_g.
+        sides: EmissionSides,
+        /// The primitive's area, m².
+        area: f32,
+    },
+    /// An isotropic point light. Never seen directly.
+    Point {
+        /// Where it is.
+        position: Vec3,
+        /// Intensity, W/sr or candela.
+        intensity: Rgb,
+    },
+    /// A sun: parallel light. Never seen directly.
+    Directional {
+        /// The unit direction *towards* the light.
+        towards: Vec3,
+        /// Irradiance on a plane that faces the light, W/m² or lux.
+        irradiance: Rgb,
+    },
+    /// The same radiance from every direction in which a ray leaves the scene.
+    Environment {
+        /// L_e.
+        radiance: Rgb,
+    },
+}
+
+/// Where and how a light subpath starts.
+#[derive(Clone, Copy, Debug)]
+pub struct Emission {
+    /// p_n.
+    pub point: Point,
+    /// The density of p_n, light choice included.
+    pub pdf_position: PdfArea,
+    /// The unit direction in which it leaves p_n.
+    pub direction: Vec3,
+    /// The density of that direction given p_n; see [`PdfSolidAngle`] for infinite lights.
+    pub pdf_direction: PdfSolidAngle,
+    /// Where the first ray starts if that is not p_n: for infinite lights, on a disk outside the scene.
+    pub origin: Option<Vec3>,
+}
+
+/// All lights of a scene, with the choice among them in proportion to emitted power.
+#[derive(Clone, Debug)]
+pub struct Lights {
+    lights: Vec<Light>,
+    by_power: Discrete,
+    environment: Option<LightId>,
+    /// A sphere that contains the scene, from whose silhouette infinite lights shine. Its radius is positive.
+    center: Vec3,
+    radius: f32,
+}
+
+impl Lights {
+    /// Collects the emissive primitives of `geometry` and adds `others`.
+    ///
+    /// # Panics
+    /// If `others` holds more than one environment.
+    pub fn new(geometry: &Geometry, materials: &[Material], others: &[Light]) -> Self {
+        let emitters = (0..geometry.len()).map(PrimitiveId).filter_map(|primitive| {
+            let material = &materials[geometry.material(primitive).0 as usize];
+            let area = geometry.area(primitive);
+            (material.emission != Rgb::ZERO && area > 0.0).then_some(Light::Area {
+                primitive,
+                radiance: material.emission,
+                sides: material.emission_sides,
+                area,
+            })
+        });
+        let lights: Vec<_> = emitters.chain(others.iter().copied()).collect();
+        let mut environments =
+            (0..).map(LightId).zip(&lights).filter(|(_, l)| matches!(l, Light::Environment { .. })).map(|(i, _)| i);
+        let environment = environments.next();
+        assert!(environments.next().is_none(), "a scene has at most one environment");
+        let (center, radius) = match geometry.bounds() {
+            Some(b) => (0.5 * (b.min + b.max), (0.5 * (b.max - b.min).length() * 1.001).max(f32::MIN_POSITIVE)),
+            None => (Vec3::ZERO, 1.0),
+        };
+        let mut result = Self { lights, by_power: Discrete::default(), environment, center, radius };
+        let powers: Vec<_> = result.lights.iter().map(|l| result.power(l)).collect();
+        result.by_power = Discrete::new(&powers);
+        result
+    }
+
+    /// The lights, in the order of their ids.
+    pub fn all(&self) -> &[Light] {
+        &self.lights
+    }
+
+    /// Whether no light emits anything.
+    pub fn is_empty(&self) -> bool {
+        self.by_power.is_empty()
+    }
+
+    /// The light `id`.
+    #[inline]
+    pub fn get(&self, id: LightId) -> &Light {
+        &self.lights[id.0 as usize]
+    }
+
+    /// The id of every area light with its primitive.
+    pub fn area_lights(&self) -> impl Iterator<Item = (LightId, PrimitiveId)> {
+        (0..).map(LightId).zip(&self.lights).filter_map(|(id, l)| match l {
+            Light::Area { primitive, .. } => Some((id, *primitive)),
+            _ => None,
+        })
+    }
+
+    /// The luminance of the emitted power Φ, W or lumen. An infinite light counts what falls on the scene's bounding disk.
+    fn power(&self, light: &Light) -> f32 {
+        let disk = PI * self.radius * self.radius;
+        match light {
+            Light::Area { radiance, sides, area, .. } => luminance(*radiance) * PI * area * sides.count(),
+            Light::Point { intensity, .. } => luminance(*intensity) * 4.0 * PI,
+            Light::Directional { irradiance, .. } => luminance(*irradiance) * disk,
+            Light::Environment { radiance } => luminance(*radiance) * PI * disk,
+        }
+    }
+
+    /// A radiance that the brightest parts of an image are likely to be near: the largest L_e, and for lights without one
+    /// what a white surface reflects (of a point light, at a hundredth of the scene's radius). Zero without lights.
+    pub fn peak_radiance(&self) -> f32 {
+        let near = 0.01 * self.radius;
+        self.lights
+            .iter()
+            .map(|l| match l {
+                Light::Area { radiance, .. } | Light::Environment { radiance } => radiance.max_element(),
+                Light::Point { intensity, .. } => intensity.max_element() * FRAC_1_PI / (near * near),
+                Light::Directional { irradiance, .. } => irradiance.max_element() * FRAC_1_PI,
+            })
+            .fold(0.0, f32::max)
+    }
+
+    /// L_e at `point` in the unit direction `w` away from it: radiance of an area light or environment,
+    /// intensity of a point light, irradiance of a sun. Zero where nothing emits.
+    #[inline]
+    pub fn le(&self, point: &Point, w: Vec3) -> Rgb {
+        let Some(id) = point.light else { return Rgb::ZERO };
+        match *self.get(id) {
+            Light::Area { radiance, sides, .. } => {
+                let front = point.normal.dot(w);
+                if front > 0.0 || (front < 0.0 && sides == EmissionSides::Both) { radiance } else { Rgb::ZERO }
+            }
+            Light::Point { intensity, .. } => intensity,
+            Light::Directional { irradiance, .. } => irradiance,
+            Light::Environment { radiance } => radiance,
+        }
+    }
+
+    /// Whether a ray can meet the light at all; points and suns are met with probability zero, and never seen.
+    #[inline]
+    pub fn is_hittable(&self, id: LightId) -> bool {
+        matches!(self.get(id), Light::Area { .. } | Light::Environment { .. })
+    }
+
+    /// The point at infinity that a ray in the unit direction `w` reaches, if there is an environment.
+    #[inline]
+    pub fn environment_at(&self, w: Vec3) -> Option<Point> {
+        self.environment.map(|id| at_infinity(w, id))
+    }
+
+    /// Samples p_n for a next-event estimate at `from`, with its density [`Lights::pdf_next_event`].
+    /// `None` if there is no light. `u.z` chooses the light.
+    #[inline]
+    pub fn sample_next_event(&self, geometry: &Geometry, materials: &[Material], from: &Point, u: Vec3) -> Option<(Point, PdfArea)> {
+        let (id, _) = self.choose(u.z)?;
+        let point = self.sample_position(geometry, materials, id, u.truncate());
+        Some((point, self.pdf_next_event(&point, from)))
+    }
+
+    /// The density of [`Lights::sample_next_event`] for the light point `point`, given p_{n-1} = `from`.
+    /// The choice of the light does not depend on `from` yet; whoever makes it do so changes this and the sampling alone.
+    #[inline]
+    pub fn pdf_next_event(&self, point: &Point, _from: &Point) -> PdfArea {
+        self.pdf_position(point)
+    }
+
+    /// The density with which emission starts at `point`, light choice included.
+    #[inline]
+    pub fn pdf_position(&self, point: &Point) -> PdfArea {
+        let Some(id) = point.light else { return PdfArea::ZERO };
+        let choice = self.by_power.probability(id.0 as usize);
+        PdfArea(match self.get(id) {
+            Light::Area { area, .. } => choice / area,
+            Light::Point { .. } | Light::Directional { .. } => choice,
+            Light::Environment { .. } => choice * (0.25 * FRAC_1_PI),
+        })
+    }
+
+    /// The density with which emission from `point` takes the unit direction `w`, given `point`.
+    #[inline]
+    pub fn pdf_direction(&self, point: &Point, w: Vec3) -> PdfSolidAngle {
+        let Some(id) = point.light else { return PdfSolidAngle::ZERO };
+        match self.get(id) {
+            Light::Area { sides, .. } => {
+                let cos = point.normal.dot(w);
+                match sides {
+                    EmissionSides::Front => warp::cosine_hemisphere_pdf(cos.max(0.0)),
+                    EmissionSides::Both => PdfSolidAngle(0.5 * warp::cosine_hemisphere_pdf(cos.abs()).0),
+                }
+            }
+            Light::Point { .. } => PdfSolidAngle(0.25 * FRAC_1_PI),
+            Light::Directional { .. } | Light::Environment { .. } => {
+                PdfSolidAngle(FRAC_1_PI / (self.radius * self.radius))
+            }
+        }
+    }
+
+    /// Samples the start of a light subpath: the light by power (`choose`), the position and then the direction.
+    /// `None` if there is no light.
+    #[inline]
+    pub fn sample_emission(
+        &self,
+        geometry: &Geometry,
+        materials: &[Material],
+        choose: f32,
+        position: Vec2,
+        direction: Vec2,
+    ) -> Option<Emission> {
+        let (id, _) = self.choose(choose)?;
+        let point = self.sample_position(geometry, materials, id, position);
+        let (direction, origin) = match self.get(id) {
+            Light::Area { sides, .. } => {
+                let (side, u) = match sides {
+                    EmissionSides::Front => (1.0, direction),
+                    EmissionSides::Both if direction.x < 0.5 => (1.0, Vec2::new(2.0 * direction.x, direction.y)),
+                    EmissionSides::Both => (-1.0, Vec2::new(2.0 * direction.x - 1.0, direction.y)),
+                };
+                (Frame::around(side * point.normal).to_world(warp::cosine_hemisphere(u)), None)
+            }
+            Light::Point { .. } => (warp::sphere(direction), None),
+            Light::Directional { .. } | Light::Environment { .. } => {
+                let offset = Frame::around(point.position).to_world(warp::disk(direction).extend(1.0));
+                (-point.position, Some(self.center + self.radius * offset))
+            }
+        };
+        let pdf_direction = self.pdf_direction(&point, direction);
+        Some(Emission { point, pdf_position: self.pdf_position(&point), direction, pdf_direction, origin })
+    }
+
+    #[inline]
+    fn choose(&self, u: f32) -> Option<(LightId, f32)> {
+        if self.is_empty() {
+            return None;
+        }
+        let (i, p) = self.by_power.sample(u);
+        Some((LightId(i as u32), p))
+    }
+
+    #[inline]
+    fn sample_position(&self, geometry: &Geometry, materials: &[Material], id: LightId, u: Vec2) -> Point {
+        match *self.get(id) {
+            Light::Area { primitive, .. } => {
+                Point::on_surface(&geometry.sample(primitive, u), primitive, geometry.material(primitive), materials, Some(id))
+            }
+            Light::Point { position, .. } => Point {
+                place: Place::Degenerate,
+                light: Some(id),
+                ..Point::nowhere(position)
+            },
+            Light::Directional { towards, .. } => at_infinity(towards, id),
+            Light::Environment { .. } => at_infinity(warp::sphere(u), id),
+        }
+    }
+}
+
+/// The infinite point of the light `id` in the unit direction `w`.
+fn at_infinity(w: Vec3, id: LightId) -> Point {
+    Point { place: Place::Infinite, light: Some(id), ..Point::nowhere(w) }
+}
+
+impl EmissionSides {
+    /// How many sides emit.
+    fn count(self) -> f32 {
+        match self {
+            Self::Front => 1.0,
+            Self::Both => 2.0,
+        }
+    }
+}
+
+impl Point {
+    /// The point of a primitive's surface, its material resolved.
+    #[inline]
+    pub fn on_surface(
+        surface: &Surface,
+        primitive: PrimitiveId,
+        material: MaterialId,
+        materials: &[Material],
+        light: Option<LightId>,
+    ) -> Self {
+        Self {
+            position: surface.position,
+            normal: surface.normal,
+            shading_normal: surface.shading_normal,
+            error: surface.error,
+            place: Place::Surface,
+            primitive,
+            material,
+            light,
+            bsdf: materials[material.0 as usize].bsdf,
+        }
+    }
+
+    /// A black point without surface at `position`.
+    pub fn nowhere(position: Vec3) -> Self {
+        Self {
+            position,
+            normal: Vec3::Z,
+            shading_normal: Vec3::Z,
+            error: 0.0,
+            place: Place::Degenerate,
+            primitive: PrimitiveId::NONE,
+            material: MaterialId(u32::MAX),
+            light: None,
+            bsdf: Bsdf::Diffuse(Diffuse { albedo: Rgb::ZERO }),
+        }
+    }
+}

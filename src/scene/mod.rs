@@ -7,3 +7,143 @@ pub mod geometry;
 pub mod light;
 pub mod material;
 pub mod point;
+
+use glam::{Vec2, Vec3};
+
+use self::{
+    bsdf::Bsdf,
+    camera::Camera,
+    geometry::{Geometry, PrimitiveId, Ray, offset_origin},
+    light::{Light, LightId, Lights},
+    material::{Material, MaterialId},
+    point::{Place, Point},
+};
+use crate::{
+    math::Rgb,
+    sampling::{PdfArea, PdfSolidAngle},
+};
+
+/// A scene, immutable while it is rendered.
+#[derive(Clone, Debug)]
+pub struct Scene {
+    /// Where paths end.
+    pub camera: Camera,
+    geometry: Geometry,
+    materials: Vec<Material>,
+    lights: Lights,
+    light_of: Vec<Option<LightId>>,
+}
+
+impl Scene {
+    /// Builds the tree over `geometry` and gathers all lights: emissive primitives first, then `others`.
+    ///
+    /// # Panics
+    /// If a primitive's material is not in `materials`, or `others` holds more than one environment.
+    pub fn new(mut geometry: Geometry, materials: Vec<Material>, others: &[Light], camera: Camera) -> Self {
+        geometry.build();
+        let lights = Lights::new(&geometry, &materials, others);
+        let mut light_of = vec![None; geometry.len() as usize];
+        for (id, primitive) in lights.area_lights() {
+            light_of[primitive.0 as usize] = Some(id);
+        }
+        Self { camera, geometry, materials, lights, light_of }
+    }
+
+    /// The primitives.
+    pub fn geometry(&self) -> &Geometry {
+        &self.geometry
+    }
+
+    /// The materials, in the order of their ids.
+    pub fn materials(&self) -> &[Material] {
+        &self.materials
+    }
+
+    /// The lights.
+    pub fn lights(&self) -> &Lights {
+        &self.lights
+    }
+
+    /// The surface point that a ray in the unit direction `w` from `from` meets first: tr(p, ω) of the lecture.
+    #[inline]
+    pub fn trace(&self, from: &Point, w: Vec3) -> Option<Point> {
+        self.trace_ray(from.ray_origin(w), w, from.primitive)
+    }
+
+    /// The surface point that a ray in the unit direction `w` from `origin` meets first, other than on the flat primitive `skip`.
+    #[inline]
+    pub fn trace_ray(&self, origin: Vec3, w: Vec3, skip: PrimitiveId) -> Option<Point> {
+        let ray = Ray { origin, direction: w, t_max: f32::INFINITY };
+        let hit = self.geometry.closest(&ray, skip)?;
+        let surface = self.geometry.surface(&ray, &hit);
+        let light = self.light_of[hit.primitive.0 as usize];
+        Some(Point::on_surface(&surface, hit.primitive, self.geometry.material(hit.primitive), &self.materials, light))
+    }
+
+    /// V(a↔b): whether the two points see each other. At most one of them is infinite.
+    #[inline]
+    pub fn visible(&self, a: &Point, b: &Point) -> bool {
+        let (a, b) = if a.place == Place::Infinite { (b, a) } else { (a, b) };
+        let ray = if b.place == Place::Infinite {
+            Ray { origin: a.ray_origin(b.position), direction: b.position, t_max: f32::INFINITY }
+        } else {
+            let ab = b.position - a.position;
+            let origin = a.ray_origin(ab);
+            Ray { origin, direction: b.ray_origin(-ab) - origin, t_max: 1.0 }
+        };
+        !self.geometry.occluded(&ray, [a.primitive, b.primitive])
+    }
+
+    /// L_e at `point` in the unit direction `w` away from it; see [`Lights::le`].
+    #[inline]
+    pub fn le(&self, point: &Point, w: Vec3) -> Rgb {
+        self.lights.le(point, w)
+    }
+
+    /// A point of a primitive, uniform in its area for uniform `u`: for building paths by hand.
+    pub fn point_on(&self, primitive: PrimitiveId, u: Vec2) -> Point {
+        let light = self.light_of[primitive.0 as usize];
+        let material = self.geometry.material(primitive);
+        Point::on_surface(&self.geometry.sample(primitive, u), primitive, material, &self.materials, light)
+    }
+
+    /// [`Lights::sample_next_event`] for this scene.
+    #[inline]
+    pub fn sample_next_event(&self, from: &Point, u: Vec3) -> Option<(Point, PdfArea)> {
+        self.lights.sample_next_event(&self.geometry, &self.materials, from, u)
+    }
+
+    /// [`Lights::sample_emission`] for this scene.
+    #[inline]
+    pub fn sample_emission(&self, choose: f32, position: Vec2, direction: Vec2) -> Option<light::Emission> {
+        self.lights.sample_emission(&self.geometry, &self.materials, choose, position, direction)
+    }
+
+    /// σ_a of what fills the segment that leaves `a` in the unit direction `ab` and ends at `b`, 1/m; zero for clear space.
+    ///
+    /// A segment lies inside a volume if either end is a boundary seen from behind; the first end is asked first. Closed
+    /// boundaries that do not overlap give the same answer at both ends. There is no stack of nested volumes.
+    #[inline]
+    pub fn absorption(&self, a: &Point, ab: Vec3, b: &Point) -> Rgb {
+        let inside = |p: &Point, w: Vec3| matches!(p.bsdf, Bsdf::Dielectric(_)) && p.normal.dot(w) < 0.0;
+        let boundary = if inside(a, ab) {
+            a
+        } else if inside(b, -ab) {
+            b
+        } else {
+            return Rgb::ZERO;
+        };
+        self.materials[boundary.material.0 as usize].absorption
+    }
+
+    /// The material `id`.
+    pub fn material(&self, id: MaterialId) -> &Material {
+        &self.materials[id.0 as usize]
+    }
+
+    /// The density of the camera's first direction over the padded film, 1/sr; see [`Camera::pdf`].
+    #[inline]
+    pub fn camera_pdf(&self, w: Vec3) -> PdfSolidAngle {
+        self.camera.pdf(w)
+    }
+}

@@ -2,7 +2,9 @@
 
 use glam::Vec3;
 
-use super::{bsdf::Bsdf, geometry::PrimitiveId, light::LightId, material::MaterialId};
+use super::{
+    bsdf::Bsdf,
+    geometry::{PrimitiveId, offset_origin}, light::LightId, material::MaterialId};
 
 /// What kind of place a point is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -36,4 +38,22 @@ pub struct Point {
     pub light: Option<LightId>,
     /// The BSDF here; black where there is no surface.
     pub bsdf: Bsdf,
+}
+
+impl Point {
+    /// Where a ray in direction `w` (of any length) has to start so as not to meet the surface it leaves.
+    #[inline]
+    pub fn ray_origin(&self, w: Vec3) -> Vec3 {
+        if self.primitive == PrimitiveId::NONE {
+            self.position
+        } else {
+            offset_origin(self.position, self.normal, self.error, w)
+        }
+    }
+
+    /// Whether N_s and N_g agree on which side the direction `w` lies. Where they do not, f̂ = 0: the one place that says so.
+    #[inline]
+    pub fn sides_agree(&self, w: Vec3) -> bool {
+        self.normal.dot(w) * self.shading_normal.dot(w) > 0.0
+    }
 }

@@ -1,0 +1,15 @@
+//! Bidirectional path tracing (Veach & Guibas 1994; Lafortune & Willems 1993): every strategy with t ≥ 1.
+
+use crate::path::Strategy;
+
+/// The name on the command line.
+pub const NAME: &str = "bdpt";
+
+/// What the table can sample at all.
+pub const COVERAGE: &str =
+    "every path, except that a point light or sun seen only through specular surfaces has no strategy";
+
+/// m_{s,t} of the table.
+pub fn multiplicity(strategy: Strategy) -> u32 {
+    u32::from(strategy.t >= 1)
+}

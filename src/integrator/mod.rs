@@ -1,0 +1,294 @@
+//! Integrators: each a table of techniques and a weight rule. The estimator below is the same for all of them.
+
+mod bdpt;
+mod hybrid;
+mod light;
+mod path;
+
+use std::{fmt, str::FromStr};
+
+use crate::{
+    math::Rgb,
+    path::{Densities, Heuristic, JoinedPath, LightVertices, Roulette, Step, Strategy, Subpath, Techniques},
+    sampling::Sampler,
+    scene::{
+        Scene,
+        camera::{Raster, Sensor},
+    },
+};
+
+/// The integrators that a person can choose.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum IntegratorKind {
+    /// Path tracing with next-event estimation: s ≤ 1.
+    Path,
+    /// Light tracing: t = 1.
+    Light,
+    /// Path and light tracing in one, weighted: s ≤ 1 or t = 1.
+    Hybrid,
+    /// Bidirectional path tracing: every strategy with t ≥ 1.
+    Bdpt,
+}
+
+impl IntegratorKind {
+    /// All of them, in the order of the documentation.
+    pub const ALL: [Self; 4] = [Self::Path, Self::Light, Self::Hybrid, Self::Bdpt];
+
+    /// The name on the command line.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Path => path::NAME,
+            Self::Light => light::NAME,
+            Self::Hybrid => hybrid::NAME,
+            Self::Bdpt => bdpt::NAME,
+        }
+    }
+
+    /// The class of paths that the integrator's table can sample at all, in a sentence.
+    pub fn coverage(self) -> &'static str {
+        match self {
+            Self::Path => path::COVERAGE,
+            Self::Light => light::COVERAGE,
+            Self::Hybrid => hybrid::COVERAGE,
+            Self::Bdpt => bdpt::COVERAGE,
+        }
+    }
+
+    fn multiplicity(self, strategy: Strategy) -> u32 {
+        match self {
+            Self::Path => path::multiplicity(strategy),
+            Self::Light => light::multiplicity(strategy),
+            Self::Hybrid => hybrid::multiplicity(strategy),
+            Self::Bdpt => bdpt::multiplicity(strategy),
+        }
+    }
+}
+
+impl fmt::Display for IntegratorKind {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(self.name())
+    }
+}
+
+impl FromStr for IntegratorKind {
+    type Err = String;
+
+    fn from_str(s: &str) -> Result<Self, String> {
+        Self::ALL.into_iter().find(|kind| kind.name() == s).ok_or_else(|| {
+            let known: Vec<_> = Self::ALL.into_iter().map(Self::name).collect();
+            format!("there is no integrator '{s}'; choose one of {}", known.join(", "))
+        })
+    }
+}
+
+/// How the deposits of a single strategy are weighted.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Weighting {
+    /// With its share of the whole table: the images of all strategies add up to the integrator's.
+    Weighted,
+    /// As if it were the only one: each image is an estimate of its own of whatever the strategy can find.
+    Unweighted,
+}
+
+/// An integrator: which techniques are evaluated, and the table and rule that weigh them.
+#[derive(Clone, Debug)]
+pub struct Integrator {
+    evaluated: Techniques,
+    weighed: Techniques,
+    heuristic: Heuristic,
+    roulette: Roulette,
+}
+
+impl Integrator {
+    /// The integrator `kind` for an image and paths of at most `max_depth` edges.
+    pub fn new(kind: IntegratorKind, sensor: Sensor, max_depth: u32, roulette: Roulette) -> Self {
+        let table = Techniques::new(sensor, max_depth, |strategy| kind.multiplicity(strategy));
+        Self::from_table(table, Heuristic::Power, roulette)
+    }
+
+    /// An integrator of one's own.
+    pub fn from_table(table: Techniques, heuristic: Heuristic, roulette: Roulette) -> Self {
+        Self { evaluated: table.clone(), weighed: table, heuristic, roulette }
+    }
+
+    /// The same integrator with the deposits of one strategy only.
+    #[must_use]
+    pub fn only(self, strategy: Strategy, weighting: Weighting) -> Self {
+        let evaluated = self.evaluated.only(strategy);
+        let weighed = match weighting {
+            Weighting::Weighted => self.weighed,
+            Weighting::Unweighted => evaluated.clone(),
+        };
+        Self { evaluated, weighed, ..self }
+    }
+
+    /// The table that weighs.
+    pub fn techniques(&self) -> &Techniques {
+        &self.weighed
+    }
+
+    /// The rule that weighs.
+    pub fn heuristic(&self) -> Heuristic {
+        self.heuristic
+    }
+
+    /// Whether the table has a strategy that could find this path: the integrator's coverage, path by path.
+    pub fn covers(&self, path: &JoinedPath) -> bool {
+        let n = path.edges();
+        let path = path.to_path();
+        (1..=n + 1)
+            .map(|t| Strategy { s: n + 1 - t, t })
+            .any(|strategy| self.weighed.multiplicity(strategy) > 0 && path.pdf(strategy) > 0.0)
+    }
+
+    /// Storage for this integrator's subpaths, one per thread.
+    pub fn scratch(&self) -> Scratch {
+        let LightVertices { connected, splatted } = self.evaluated.light_vertices();
+        Scratch {
+            camera: Subpath::with_capacity(self.evaluated.camera_vertices().max(1)),
+            light: Subpath::with_capacity(connected.max(splatted)),
+            lens: Subpath::with_capacity(1),
+        }
+    }
+}
+
+/// The subpaths of one thread.
+#[derive(Clone, Debug)]
+pub struct Scratch {
+    camera: Subpath,
+    light: Subpath,
+    lens: Subpath,
+}
+
+/// What becomes of the paths that are found.
+pub trait Sink {
+    /// A path and its share w F/(n p) of one pass, without h_j: the value to spread around `path.raster()`.
+    /// It is finite and not negative.
+    fn deposit(&mut self, path: &JoinedPath, value: Rgb);
+
+    /// A contribution that is not finite or negative, and so has no place in an image: to be counted, never dropped silently.
+    fn reject(&mut self, path: &JoinedPath, value: Rgb);
+
+    /// A connection's ray was traced.
+    fn shadow_ray(&mut self) {}
+
+    /// A subpath was walked, with this many rays.
+    fn walked(&mut self, _rays: usize) {}
+}
+
+/// What one unit of work, a pixel of the padded image, has to do in a pass.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Unit {
+    /// Where the camera subpath starts, or `None` if the pixel is outside the crop.
+    pub camera: Option<Raster>,
+    /// Whether the pixel's light subpath is one of the N_l that splat.
+    pub splats: Splats,
+}
+
+/// See [`Unit::splats`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Splats {
+    /// A pixel of the image: its light subpath is connected to the lens.
+    Yes,
+    /// A pixel of the padding, whose light subpath only serves its own camera subpath.
+    No,
+}
+
+impl Integrator {
+    /// Estimates one sample of one pixel: walks its subpaths, joins them by every strategy of the table, and deposits.
+    ///
+    /// Connections are weighed before their ray is traced, so that a ray is spent only where something can arrive.
+    pub fn estimate<S: Sampler>(
+        &self,
+        scene: &Scene,
+        unit: Unit,
+        scratch: &mut Scratch,
+        samplers: Samplers<'_, S>,
+        sink: &mut impl Sink,
+    ) {
+        let LightVertices { connected, splatted } = self.evaluated.light_vertices();
+        let connected = if unit.camera.is_some() { connected } else { 0 };
+        let splatted = if unit.splats == Splats::Yes { splatted } else { 0 };
+        let Scratch { camera, light, lens } = scratch;
+        light.walk_from_light(scene, connected.max(splatted), self.roulette, samplers.light);
+        sink.walked(light.steps().len().saturating_sub(1));
+
+        if splatted > 0 {
+            lens.put_lens(scene);
+            let anywhere = Raster(glam::Vec2::ZERO);
+            for s in 1..=light.steps().len() {
+                self.repeat(Strategy { s: s as u32, t: 1 }, sink, |_| {
+                    JoinedPath::inner(scene, lens.steps(), light, s, anywhere)
+                });
+            }
+        }
+        let Some(raster) = unit.camera else { return };
+        if self.evaluated.camera_vertices() == 0 {
+            return;
+        }
+        camera.walk_from_camera(scene, raster, self.evaluated.camera_vertices(), self.roulette, samplers.camera);
+        sink.walked(camera.steps().len() - 1);
+        for t in 2..=camera.steps().len() {
+            let prefix = &camera.steps()[..t];
+            self.repeat(Strategy { s: 0, t: t as u32 }, sink, |_| JoinedPath::hit(scene, prefix, raster));
+            let z = &prefix[t - 1].vertex.point;
+            if !z.bsdf.has_continuous() {
+                continue;
+            }
+            let strategy = Strategy { s: 1, t: t as u32 };
+            for _ in 0..self.evaluated.multiplicity(strategy) {
+                let u = samplers.connection.next_3d();
+                if let Some((point, pdf)) = scene.sample_next_event(z, u) {
+                    let end = Step::next_event(point, pdf);
+                    self.consider(JoinedPath::next_event(scene, prefix, &end, raster), sink);
+                }
+            }
+            for s in 2..=light.steps().len() {
+                self.repeat(Strategy { s: s as u32, t: t as u32 }, sink, |_| {
+                    JoinedPath::inner(scene, prefix, light, s, raster)
+                });
+            }
+        }
+    }
+
+    /// Considers what `find` finds, as often as the table says.
+    #[inline]
+    fn repeat<'a>(&self, strategy: Strategy, sink: &mut impl Sink, find: impl Fn(u32) -> Option<JoinedPath<'a>>) {
+        for i in 0..self.evaluated.multiplicity(strategy) {
+            self.consider(find(i), sink);
+        }
+    }
+
+    /// Weighs a path, and deposits it if nothing blocks it.
+    #[inline]
+    fn consider(&self, path: Option<JoinedPath<'_>>, sink: &mut impl Sink) {
+        let Some(path) = path else { return };
+        let weight = path.mis_weight(&self.weighed, self.heuristic) / self.weighed.count(path.strategy());
+        let value = path.contribution() * weight;
+        if value == Rgb::ZERO {
+            return;
+        }
+        if path.strategy().s > 0 {
+            sink.shadow_ray();
+        }
+        if !path.visible() {
+            return;
+        }
+        if value.is_finite() && value.min_element() >= 0.0 {
+            sink.deposit(&path, value);
+        } else {
+            sink.reject(&path, value);
+        }
+    }
+}
+
+/// The three sequences of random numbers of one sample, so that none shifts another.
+#[derive(Debug)]
+pub struct Samplers<'a, S> {
+    /// For the camera subpath.
+    pub camera: &'a mut S,
+    /// For the light subpath.
+    pub light: &'a mut S,
+    /// For the connections.
+    pub connection: &'a mut S,
+}

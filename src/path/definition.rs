@@ -1,0 +1,238 @@
+//! The definition: a path p̄ = p_0 p_1 … p_n, its throughput, its contribution and its densities, written from the
+//! formulas alone. Slow, in f64, without a cache: what the fast form is held against.
+
+use glam::{DVec3, Vec3};
+
+use super::{Heuristic, PathClass, Strategy, Techniques, Vertex, class::Event};
+use crate::{
+    math::Frame,
+    scene::{
+        Scene,
+        bsdf::{Bsdf, Scatter},
+        point::Place,
+    },
+};
+
+/// A path as an explicit list of vertices: p_0 on the lens, p_1 the first surface, p_n on a light.
+#[derive(Clone, Debug)]
+pub struct Path<'a> {
+    scene: &'a Scene,
+    vertices: Vec<Vertex>,
+    visibility: Vec<f64>,
+}
+
+/// An edge in f64, from p_i to p_j.
+struct Segment {
+    direction: DVec3,
+    distance_squared: f64,
+    cos_i: f64,
+    cos_j: f64,
+    infinite: bool,
+}
+
+impl<'a> Path<'a> {
+    /// A path with V = 1 on every edge.
+    ///
+    /// # Panics
+    /// With fewer than two vertices.
+    pub fn new(scene: &'a Scene, vertices: Vec<Vertex>) -> Self {
+        assert!(vertices.len() >= 2, "a path has at least one edge");
+        let visibility = vec![1.0; vertices.len() - 1];
+        Self { scene, vertices, visibility }
+    }
+
+    /// The same path with V(p_i↔p_{i+1}) = `visibility[i]`: the product of 1 − α over what the edge crosses, in [0, 1].
+    ///
+    /// # Panics
+    /// If there is not one number per edge.
+    #[must_use]
+    pub fn with_visibility(self, visibility: Vec<f64>) -> Self {
+        assert_eq!(visibility.len(), self.visibility.len());
+        Self { visibility, ..self }
+    }
+
+    /// n, the length in edges.
+    pub fn edges(&self) -> usize {
+        self.vertices.len() - 1
+    }
+
+    /// The vertices, camera first.
+    pub fn vertices(&self) -> &[Vertex] {
+        &self.vertices
+    }
+
+    /// T(p̄) = Π_{i=1}^{n−1} f̂(p_{i+1}→p_i→p_{i−1}) G(p_{i+1}↔p_i): the fraction of the light at p_n that reaches p_0,
+    /// with respect to area measure (lecture, *The rendering equation: sum over paths*). Its unit is sr^(1−n) m^(2−2n)…
+    /// per vertex what dA takes away again.
+    pub fn throughput(&self) -> DVec3 {
+        (1..self.edges()).map(|i| self.scattering(i) * self.geometry_term(i) * self.transmittance(i)).product()
+    }
+
+    /// G(p_i↔p_{i+1}) = V |cos θ_i| |cos θ_{i+1}| / |p_i − p_{i+1}|², 1/m²; with a distance and a cosine of 1 at an
+    /// infinite end, and a cosine of 1 where a vertex has no normal.
+    pub fn geometry_term(&self, i: usize) -> f64 {
+        let e = self.segment(i, i + 1);
+        self.visibility[i] * e.cos_i * e.cos_j / e.distance_squared
+    }
+
+    /// F_j(p̄)/h_j = W_e(p_1→p_0) G(p_0↔p_1) T(p̄) L_e(p_n→p_{n−1}): the measurement contribution without the pixel's filter.
+    pub fn contribution(&self) -> DVec3 {
+        let n = self.edges();
+        let we = f64::from(self.scene.camera.we(self.segment(0, 1).direction.as_vec3()));
+        let end = &self.vertices[n];
+        let le = self.scene.le(&end.point, self.segment(n, n - 1).direction.as_vec3()).as_dvec3() * f64::from(end.alpha);
+        we * self.geometry_term(0) * self.transmittance(0) * self.throughput() * le
+    }
+
+    /// p_{s,t}(p̄): the density with which strategy (s,t) finds this path, with respect to the product area measure
+    /// (dω for an infinite p_n; coefficients of deltas at a pinhole, a point light, a sun and in delta lobes). Zero if it cannot.
+    ///
+    /// # Panics
+    /// If s + t is not the number of vertices.
+    pub fn pdf(&self, strategy: Strategy) -> f64 {
+        let Strategy { s, t } = strategy;
+        let (s, t, n) = (s as usize, t as usize, self.edges());
+        assert_eq!(s + t, n + 1, "strategy {strategy} has another length than the path");
+        let light = self.vertices[n].point.light;
+        let hittable = light.is_some_and(|id| self.scene.lights().is_hittable(id));
+        let connected = |i: usize| i == 0 || i == n || !self.vertices[i].is_delta();
+        let possible = t >= 1
+            && light.is_some()
+            && (s == 0 || (connected(t - 1) && connected(t)))
+            && (hittable || (s >= 1 && n >= 2));
+        if !possible {
+            return 0.0;
+        }
+        let camera_part: f64 = (0..t).map(|i| self.from_camera(i)).product();
+        let light_part: f64 = (t..=n).map(|i| self.from_light(i, strategy)).product();
+        camera_part * light_part
+    }
+
+    /// w_{s,t}(p̄) = (n_{s,t} p_{s,t})^β / Σ (n_{s',t'} p_{s',t'})^β over all strategies of the table.
+    pub fn mis_weight(&self, strategy: Strategy, techniques: &Techniques, heuristic: Heuristic) -> f64 {
+        let n = self.edges() as u32;
+        let sampled = |x: Strategy| f64::from(techniques.count(x)) * self.pdf(x);
+        let all: Vec<_> = (1..=n + 1).map(|t| Strategy { s: n + 1 - t, t }).map(|x| (x, sampled(x))).collect();
+        let largest = all.iter().map(|x| x.1).fold(0.0, f64::max);
+        let beta = match heuristic {
+            Heuristic::Balance => 1,
+            Heuristic::Power => 2,
+            Heuristic::FirstSupported => {
+                let first = all.iter().find(|x| x.1 > 0.0).map(|x| x.0);
+                return if first == Some(strategy) { 1.0 } else { 0.0 };
+            }
+        };
+        let share = |np: f64| (np / largest).powi(beta);
+        share(sampled(strategy)) / all.iter().map(|x| share(x.1)).sum::<f64>()
+    }
+
+    /// The path's class in Heckbert's letters, camera first.
+    pub fn class(&self) -> PathClass {
+        let n = self.edges();
+        let event = |i: usize| {
+            let (to_camera, to_light, frame) = self.local_directions(i);
+            let v = &self.vertices[i];
+            Event::from(v.point.bsdf.event(v.lobe, frame.to_local(to_camera), frame.to_local(to_light)))
+        };
+        PathClass::new(std::iter::once(Event::Camera).chain((1..n).map(event)).chain([Event::Light]))
+    }
+
+    /// c_i: the density of p_i when it is sampled from p_{i−1}, with the probability that the ray passes what it crosses.
+    fn from_camera(&self, i: usize) -> f64 {
+        if i == 0 {
+            return 1.0; // the pinhole's δ(p_0)
+        }
+        let e = self.segment(i - 1, i);
+        let omega = match i {
+            1 => f64::from(self.scene.camera.pdf(e.direction.as_vec3()).0),
+            _ => f64::from(self.scatter(i - 1).to_light.0),
+        };
+        omega * e.cos_j / e.distance_squared * self.passes_and_stops(i - 1, i)
+    }
+
+    /// l_i: the density of p_i when it is sampled from p_{i+1}; of p_n, as `strategy` samples it.
+    fn from_light(&self, i: usize, strategy: Strategy) -> f64 {
+        let n = self.edges();
+        let lights = self.scene.lights();
+        if i == n {
+            let end = &self.vertices[n].point;
+            let next_event = strategy.s == 1 && strategy.t >= 2;
+            return f64::from(if next_event {
+                lights.pdf_next_event(end, &self.vertices[n - 1].point).0
+            } else {
+                lights.pdf_position(end).0
+            });
+        }
+        let e = self.segment(i + 1, i);
+        let omega = if i + 1 == n {
+            f64::from(lights.pdf_direction(&self.vertices[n].point, e.direction.as_vec3()).0)
+        } else {
+            f64::from(self.scatter(i + 1).to_camera.0)
+        };
+        omega * e.cos_j / e.distance_squared * self.passes_and_stops(i, i)
+    }
+
+    /// The probability that a walk along edge `edge` passes what it crosses, and stops at p_i.
+    fn passes_and_stops(&self, edge: usize, i: usize) -> f64 {
+        self.visibility[edge] * f64::from(self.vertices[i].alpha)
+    }
+
+    /// f̂(p_{i+1}→p_i→p_{i−1}) = α f_s |ω_{i+1}·N_s| / |ω_{i+1}·N_g|, 1/sr.
+    fn scattering(&self, i: usize) -> DVec3 {
+        let v = &self.vertices[i];
+        let to_light = self.segment(i, i + 1).direction;
+        let shading = v.point.shading_normal.as_dvec3().dot(to_light).abs();
+        let geometric = v.point.normal.as_dvec3().dot(to_light).abs();
+        self.scatter(i).f.as_dvec3() * (shading / geometric * f64::from(v.alpha))
+    }
+
+    /// f_s with both densities at p_i, zero where N_s and N_g disagree on a direction's side.
+    fn scatter(&self, i: usize) -> Scatter {
+        let v = &self.vertices[i];
+        let (to_camera, to_light, frame) = self.local_directions(i);
+        if !(v.point.sides_agree(to_camera) && v.point.sides_agree(to_light)) {
+            return Scatter::ZERO;
+        }
+        v.point.bsdf.eval(v.lobe, frame.to_local(to_camera), frame.to_local(to_light))
+    }
+
+    fn local_directions(&self, i: usize) -> (Vec3, Vec3, Frame) {
+        let towards = |j| self.segment(i, j).direction.as_vec3();
+        (towards(i - 1), towards(i + 1), Frame::around(self.vertices[i].point.shading_normal))
+    }
+
+    /// exp(−σ_a d) of the volume that edge i lies in: the boundary nearer the camera is asked first.
+    fn transmittance(&self, i: usize) -> DVec3 {
+        let (a, b) = (&self.vertices[i].point, &self.vertices[i + 1].point);
+        let e = self.segment(i, i + 1);
+        let behind = |p: &crate::scene::point::Point, w: DVec3| {
+            matches!(p.bsdf, Bsdf::Dielectric(_)) && p.normal.as_dvec3().dot(w) < 0.0
+        };
+        let boundary = if behind(a, e.direction) {
+            a
+        } else if behind(b, -e.direction) {
+            b
+        } else {
+            return DVec3::ONE;
+        };
+        let distance = if e.infinite { f64::INFINITY } else { e.distance_squared.sqrt() };
+        let sigma = self.scene.material(boundary.material).absorption.as_dvec3();
+        sigma.map(|s| if s == 0.0 { 1.0 } else { (-s * distance).exp() })
+    }
+
+    fn segment(&self, i: usize, j: usize) -> Segment {
+        let (a, b) = (&self.vertices[i].point, &self.vertices[j].point);
+        let (pa, pb) = (a.position.as_dvec3(), b.position.as_dvec3());
+        let infinite = a.place == Place::Infinite || b.place == Place::Infinite;
+        let (direction, distance_squared) = match (a.place, b.place) {
+            (_, Place::Infinite) => (pb.normalize(), 1.0),
+            (Place::Infinite, _) => (-pa.normalize(), 1.0),
+            _ => ((pb - pa).normalize(), pa.distance_squared(pb)),
+        };
+        let cos = |p: &crate::scene::point::Point| match p.place {
+            Place::Surface => p.normal.as_dvec3().dot(direction).abs(),
+            Place::Degenerate | Place::Infinite => 1.0,
+        };
+        Segment { direction, distance_squared, cos_i: cos(a), cos_j: cos(b), infinite }
+    }
+}

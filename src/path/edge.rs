@@ -1,0 +1,69 @@
+//! Edges: the geometry between two vertices, computed once and used by G, T and every density.
+
+use glam::Vec3;
+
+use crate::{
+    sampling::{PdfArea, PdfSolidAngle},
+    scene::point::{Place, Point},
+};
+
+/// The segment from a vertex a to a vertex b.
+///
+/// Infinite and degenerate ends fit in by convention (design of the measures): an infinite end has squared distance 1 and
+/// cosine 1, since there dA becomes dω and G becomes V|cos θ|; a degenerate end has cosine 1.
+#[derive(Clone, Copy, Debug)]
+pub struct Edge {
+    /// The unit direction from a to b.
+    pub direction: Vec3,
+    /// |a − b|², m²; 1 if an end is infinite.
+    pub distance_squared: f32,
+    /// |cos θ_a| against a's geometric normal; 1 if a has none.
+    pub cos_a: f32,
+    /// |cos θ_b| against b's geometric normal; 1 if b has none.
+    pub cos_b: f32,
+}
+
+impl Edge {
+    /// The edge between two points, at most one of them infinite.
+    #[inline]
+    pub fn between(a: &Point, b: &Point) -> Self {
+        let (direction, distance_squared) = match (a.place, b.place) {
+            (_, Place::Infinite) => (b.position, 1.0),
+            (Place::Infinite, _) => (-a.position, 1.0),
+            _ => {
+                let ab = b.position - a.position;
+                let d2 = ab.length_squared();
+                (ab / d2.sqrt(), d2)
+            }
+        };
+        Self { direction, distance_squared, cos_a: cos_at(a, direction), cos_b: cos_at(b, direction) }
+    }
+
+    /// The same edge from b to a.
+    #[inline]
+    pub fn reversed(&self) -> Self {
+        Self { direction: -self.direction, cos_a: self.cos_b, cos_b: self.cos_a, ..*self }
+    }
+
+    /// G(a↔b)/V(a↔b) = |cos θ_a| |cos θ_b| / |a − b|², 1/m² (lecture, *The rendering equation: area form*).
+    #[inline]
+    pub fn geometry_factor(&self) -> f32 {
+        self.cos_a * self.cos_b / self.distance_squared
+    }
+}
+
+#[inline]
+fn cos_at(p: &Point, w: Vec3) -> f32 {
+    match p.place {
+        Place::Surface => p.normal.dot(w).abs(),
+        Place::Degenerate | Place::Infinite => 1.0,
+    }
+}
+
+impl PdfSolidAngle {
+    /// The area density at the edge's far end b of a direction sampled at a: p_ω |cos θ_b| / |a − b|² (lecture, dω = cos θ/r² dA).
+    #[inline]
+    pub fn to_area(self, edge: &Edge) -> PdfArea {
+        PdfArea(self.0 * edge.cos_b / edge.distance_squared)
+    }
+}

@@ -1,0 +1,264 @@
+//! A full path as the fast form sees it: a camera prefix, a light prefix, and the joint between them.
+
+use glam::Vec3;
+
+use super::{Densities, Edge, Heuristic, Path, Step, Strategy, Subpath, Techniques, Vertex, mis_weight, subpath::transmittance};
+use crate::{
+    math::Rgb,
+    sampling::{PdfArea, PdfSolidAngle},
+    scene::{Scene, bsdf::Transport, camera::Raster},
+};
+
+/// What the connection of two prefixes changes, in slots of its own: nothing of the prefixes is touched to evaluate it.
+///
+/// Of the densities along the path only four depend on the connection: the last two camera vertices' from the light,
+/// and the last two light vertices' from the camera.
+#[derive(Clone, Copy, Debug)]
+pub struct Joint {
+    /// The factors of F between the prefixes: f̂ V⁻¹G f̂ for inner connections, with W_e or L_e at a path's end; L_e alone for s = 0.
+    value: Rgb,
+    /// c_t and c_{t+1}.
+    from_camera: [PdfArea; 2],
+    /// l_{t−1} and l_{t−2}.
+    from_light: [PdfArea; 2],
+    next_event_ratio: f32,
+}
+
+/// One end of the connecting edge: everything there that depends on the edge's direction.
+struct Face {
+    /// f̂, or W_e or L_e at the end of a path.
+    value: Rgb,
+    /// The density of going across the edge from here.
+    across: PdfSolidAngle,
+    /// The density of arriving at this vertex's own predecessor from across the edge.
+    back: PdfArea,
+}
+
+/// A path that strategy (s,t) has found: a view, valid while both subpaths are.
+#[derive(Clone, Copy, Debug)]
+pub struct JoinedPath<'a> {
+    scene: &'a Scene,
+    camera: &'a [Step],
+    light: &'a [Step],
+    joint: Joint,
+    raster: Raster,
+}
+
+impl<'a> JoinedPath<'a> {
+    /// s = 0: the camera subpath's last vertex lies on a light. `None` if it emits nothing towards its predecessor.
+    #[inline]
+    pub fn hit(scene: &'a Scene, camera: &'a [Step], raster: Raster) -> Option<Self> {
+        let [.., before, end] = camera else { return None };
+        let p = &end.vertex.point;
+        p.light?;
+        let to_camera = end.back.direction;
+        let value = scene.le(p, to_camera);
+        if value == Rgb::ZERO {
+            return None;
+        }
+        let lights = scene.lights();
+        let position = lights.pdf_position(p);
+        let joint = Joint {
+            value,
+            from_camera: [PdfArea::ZERO; 2],
+            from_light: [position, lights.pdf_direction(p, to_camera).to_area(&end.back)],
+            next_event_ratio: lights.pdf_next_event(p, &before.vertex.point).0 / position.0,
+        };
+        Some(Self { scene, camera, light: &[], joint, raster })
+    }
+
+    /// s ≥ 1, t ≥ 1: connects the last vertices of two prefixes. `light` is a prefix of a light subpath, whose
+    /// [`Subpath::next_event_ratio`] is passed along, or a single next-event vertex with the ratio of its two densities.
+    /// `raster` is the camera subpath's; t = 1 finds its own. `None` where nothing passes, before any ray is traced.
+    #[inline]
+    pub fn connect(
+        scene: &'a Scene,
+        camera: &'a [Step],
+        light: &'a [Step],
+        next_event_ratio: f32,
+        raster: Raster,
+    ) -> Option<Self> {
+        let (z, y) = (camera.last()?, light.last()?);
+        if y.vertex.point.place == z.vertex.point.place && y.vertex.point.place == crate::scene::point::Place::Infinite {
+            return None;
+        }
+        let edge = Edge::between(&z.vertex.point, &y.vertex.point);
+        let raster = if camera.len() == 1 { scene.camera.raster(edge.direction)? } else { raster };
+        let camera_face = camera_face(scene, camera, edge.direction);
+        if camera_face.value == Rgb::ZERO {
+            return None;
+        }
+        let light_face = light_face(scene, light, -edge.direction);
+        let value = camera_face.value * light_face.value;
+        if value == Rgb::ZERO {
+            return None;
+        }
+        let passed = transmittance(scene, &z.vertex.point, &edge, &y.vertex.point, Transport::Radiance);
+        let joint = Joint {
+            value: value * passed * edge.geometry_factor(),
+            from_camera: [camera_face.across.to_area(&edge), light_face.back],
+            from_light: [light_face.across.to_area(&edge.reversed()), camera_face.back],
+            next_event_ratio,
+        };
+        Some(Self { scene, camera, light, joint, raster })
+    }
+
+    /// (s,t).
+    #[inline]
+    pub fn strategy(&self) -> Strategy {
+        Strategy { s: self.light.len() as u32, t: self.camera.len() as u32 }
+    }
+
+    /// Where on the image the path arrives.
+    #[inline]
+    pub fn raster(&self) -> Raster {
+        self.raster
+    }
+
+    /// F/p as if its visibility were 1, without h_j, over roulette's survival probability: one sample's unweighted estimate.
+    #[inline]
+    pub fn contribution(&self) -> Rgb {
+        let light = self.light.last().map_or(Rgb::ONE, |y| y.beta);
+        self.camera[self.camera.len() - 1].beta * self.joint.value * light
+    }
+
+    /// w_{s,t} of the strategy that found the path.
+    #[inline]
+    pub fn mis_weight(&self, techniques: &Techniques, heuristic: Heuristic) -> f32 {
+        mis_weight(self, self.strategy(), techniques, heuristic)
+    }
+
+    /// V of the connecting edge; the others were found by rays. True for s = 0.
+    #[inline]
+    pub fn visible(&self) -> bool {
+        match (self.camera.last(), self.light.last()) {
+            (Some(z), Some(y)) => self.scene.visible(&z.vertex.point, &y.vertex.point),
+            _ => true,
+        }
+    }
+
+    /// The product of roulette's survival probabilities in [`JoinedPath::contribution`].
+    pub fn survival(&self) -> f32 {
+        self.camera[self.camera.len() - 1].survival * self.light.last().map_or(1.0, |y| y.survival)
+    }
+
+    /// The vertex p_i with its role in this path: at the joint and at the ends the lobe is continuous.
+    pub fn vertex(&self, i: u32) -> Vertex {
+        let step = self.step(i);
+        let scattered = 0 < i && i < self.edges() && !self.is_at_joint(i);
+        if scattered { step.vertex } else { Vertex::new(step.vertex.point) }
+    }
+
+    /// The path by its definition, for everything that may be slow: oracles, path classes, diagnostics.
+    /// The visibility is recorded as 1 throughout.
+    pub fn to_path(&self) -> Path<'a> {
+        Path::new(self.scene, (0..=self.edges()).map(|i| self.vertex(i)).collect())
+    }
+
+    #[inline]
+    fn is_at_joint(&self, i: u32) -> bool {
+        let t = self.camera.len() as u32;
+        !self.light.is_empty() && (i + 1 == t || i == t)
+    }
+
+    #[inline]
+    fn step(&self, i: u32) -> &'a Step {
+        let t = self.camera.len();
+        let i = i as usize;
+        if i < t { &self.camera[i] } else { &self.light[self.light.len() - 1 - (i - t)] }
+    }
+}
+
+impl Densities for JoinedPath<'_> {
+    #[inline]
+    fn edges(&self) -> u32 {
+        self.strategy().edges()
+    }
+
+    #[inline]
+    fn from_camera(&self, i: u32) -> PdfArea {
+        let t = self.camera.len() as u32;
+        if i < t {
+            self.camera[i as usize].pdf_fwd
+        } else if i - t < 2 {
+            self.joint.from_camera[(i - t) as usize]
+        } else {
+            self.step(i).pdf_rev
+        }
+    }
+
+    #[inline]
+    fn from_light(&self, i: u32) -> PdfArea {
+        let t = self.camera.len() as u32;
+        if i >= t {
+            self.emission_density(i)
+        } else if t - 1 - i < 2 {
+            self.joint.from_light[(t - 1 - i) as usize]
+        } else {
+            self.camera[i as usize].pdf_rev
+        }
+    }
+
+    #[inline]
+    fn next_event_ratio(&self) -> f32 {
+        self.joint.next_event_ratio
+    }
+
+    #[inline]
+    fn is_delta(&self, i: u32) -> bool {
+        0 < i && i < self.edges() && !self.is_at_joint(i) && self.step(i).vertex.is_delta()
+    }
+
+    #[inline]
+    fn light_is_hittable(&self) -> bool {
+        self.step(self.edges()).vertex.point.light.is_some_and(|id| self.scene.lights().is_hittable(id))
+    }
+}
+
+impl JoinedPath<'_> {
+    /// `pdf_fwd` of a light vertex, except that a next-event vertex stands in the arrays with its emission density.
+    #[inline]
+    fn emission_density(&self, i: u32) -> PdfArea {
+        let pdf = self.step(i).pdf_fwd;
+        if self.light.len() == 1 && self.camera.len() >= 2 { PdfArea(pdf.0 / self.joint.next_event_ratio) } else { pdf }
+    }
+}
+
+#[inline]
+fn camera_face(scene: &Scene, camera: &[Step], to_light: Vec3) -> Face {
+    let z = &camera[camera.len() - 1];
+    if camera.len() == 1 {
+        let value = Rgb::splat(scene.camera.we(to_light));
+        return Face { value, across: scene.camera_pdf(to_light), back: PdfArea::ZERO };
+    }
+    let scatter = Vertex::new(z.vertex.point).scatter(z.back.direction, to_light);
+    Face { value: scatter.f, across: scatter.to_light, back: scatter.to_camera.to_area(&z.back) }
+}
+
+#[inline]
+fn light_face(scene: &Scene, light: &[Step], to_camera: Vec3) -> Face {
+    let y = &light[light.len() - 1];
+    if light.len() == 1 {
+        let p = &y.vertex.point;
+        return Face { value: scene.le(p, to_camera), across: scene.lights().pdf_direction(p, to_camera), back: PdfArea::ZERO };
+    }
+    let scatter = Vertex::new(y.vertex.point).scatter(to_camera, y.back.direction);
+    Face { value: scatter.f, across: scatter.to_camera, back: scatter.to_light.to_area(&y.back) }
+}
+
+impl<'a> JoinedPath<'a> {
+    /// s = 1, t ≥ 2: connects a camera prefix to a next-event vertex with its next-event density.
+    #[inline]
+    pub fn next_event(scene: &'a Scene, camera: &'a [Step], light: &'a Step, raster: Raster) -> Option<Self> {
+        let emission = scene.lights().pdf_position(&light.vertex.point);
+        Self::connect(scene, camera, std::slice::from_ref(light), light.pdf_fwd.0 / emission.0, raster)
+    }
+
+    /// s ≥ 2, or t = 1: connects a camera prefix and the first `s` vertices of a light subpath.
+    #[inline]
+    pub fn inner(scene: &'a Scene, camera: &'a [Step], light: &'a Subpath, s: usize, raster: Raster) -> Option<Self> {
+        let prefix = &light.steps()[..s];
+        // With s = 1 the path's p_{n−1} is not the light subpath's; (1,1) has no next-event rival to weigh.
+        Self::connect(scene, camera, prefix, light.next_event_ratio(), raster)
+    }
+}

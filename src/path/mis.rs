@@ -1,0 +1,158 @@
+//! Multiple importance sampling: the weight of a strategy as a pure sum over two arrays of densities (Veach 9.2, 10.2).
+
+use super::{Strategy, Techniques};
+use crate::sampling::PdfArea;
+
+/// How the strategies that could have found a path share it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Heuristic {
+    /// w ∝ n p.
+    Balance,
+    /// w ∝ (n p)²: lower variance where one strategy is much better than the rest.
+    Power,
+    /// All weight to the supported strategy with the most light vertices, as next-event estimation without MIS does:
+    /// s = 1, and s = 0 only where s = 1 has no support.
+    FirstSupported,
+}
+
+/// What a weight depends on: the densities of one path, vertex by vertex, from both sides.
+///
+/// With c_i = `from_camera(i)` and l_i = `from_light(i)`, strategy (s,t) has density p_{s,t} = Π_{i<t} c_i Π_{i≥t} l_i,
+/// except that p_{1,t≥2} has the next-event density of p_n in place of the emission density l_n.
+pub trait Densities {
+    /// n, the path's length in edges.
+    fn edges(&self) -> u32;
+    /// c_i: the density of p_i when sampled from p_{i−1}; of interest for i ≥ 1.
+    fn from_camera(&self, i: u32) -> PdfArea;
+    /// l_i: the density of p_i when sampled from p_{i+1}; l_n is the emission density of the light's point.
+    fn from_light(&self, i: u32) -> PdfArea;
+    /// Next-event density of p_n given p_{n−1}, over its emission density l_n.
+    fn next_event_ratio(&self) -> f32;
+    /// Whether p_i passes a delta lobe, so that no edge can be connected to it. Its densities still are in the products.
+    fn is_delta(&self, i: u32) -> bool;
+    /// Whether a ray can meet the light at p_n: point lights and suns are neither hit nor seen directly.
+    fn light_is_hittable(&self) -> bool;
+}
+
+/// n_{s,t} of a strategy as far as it could have found this path, zero where it could not;
+/// for s = 1 it carries the ratio of next-event to emission density, so that ratios of products may use l_n throughout.
+fn effective_count(path: &impl Densities, strategy: Strategy, techniques: &Techniques) -> f32 {
+    let count = techniques.count(strategy);
+    if count == 0.0 {
+        return 0.0;
+    }
+    let Strategy { s, t } = strategy;
+    let n = path.edges();
+    let delta = (s >= 1 && t >= 2 && path.is_delta(t - 1)) || (s >= 2 && path.is_delta(t));
+    let unseen = (s == 0 || n == 1) && !path.light_is_hittable();
+    if delta || unseen {
+        0.0
+    } else if s == 1 && t >= 2 {
+        count * path.next_event_ratio()
+    } else {
+        count
+    }
+}
+
+/// w_{s,t}(p̄): the share of a path that the strategy which found it may deposit.
+///
+/// `strategy` must have found the path: its count and all its densities are positive. The ratios n p_{s',t'} / n p_{s,t}
+/// are built step by step outwards from the connection, never as products of densities, which would leave f32's range.
+/// Returns a number in [0, 1]; the weights of all supported strategies sum to 1.
+pub fn mis_weight(path: &impl Densities, strategy: Strategy, techniques: &Techniques, heuristic: Heuristic) -> f32 {
+    let n = path.edges();
+    debug_assert_eq!(n, strategy.edges());
+    let count = |t: u32| effective_count(path, Strategy { s: n + 1 - t, t }, techniques);
+    let own = count(strategy.t);
+    // A ratio may overflow, and ∞·0 would be no number where the other strategy has no sample at all.
+    let term = |ratio: f32, count: f32| if count == 0.0 { 0.0 } else { ratio * count / own };
+
+    // Towards the light: p_i moves from the light's part to the camera's, s falls.
+    let lower_s = (strategy.t..=n).scan(1.0_f32, |ratio, i| {
+        *ratio *= path.from_camera(i).0 / path.from_light(i).0;
+        (*ratio > 0.0).then(|| term(*ratio, count(i + 1)))
+    });
+    // Towards the camera: p_i moves from the camera's part to the light's, s grows.
+    let higher_s = (1..strategy.t).rev().scan(1.0_f32, |ratio, i| {
+        *ratio *= path.from_light(i).0 / path.from_camera(i).0;
+        (*ratio > 0.0).then(|| term(*ratio, count(i)))
+    });
+    match heuristic {
+        Heuristic::Balance => 1.0 / (1.0 + lower_s.sum::<f32>() + higher_s.sum::<f32>()),
+        Heuristic::Power => {
+            1.0 / (1.0 + lower_s.map(|r| r * r).sum::<f32>() + higher_s.map(|r| r * r).sum::<f32>())
+        }
+        Heuristic::FirstSupported => {
+            if higher_s.into_iter().any(|r| r > 0.0) {
+                0.0
+            } else {
+                1.0
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+
+    use super::*;
+    use crate::scene::camera::Sensor;
+
+    /// Densities out of thin air.
+    #[derive(Debug)]
+    struct Arbitrary {
+        camera: Vec<f32>,
+        light: Vec<f32>,
+        delta: Vec<bool>,
+        next_event: f32,
+        hittable: bool,
+    }
+
+    impl Densities for Arbitrary {
+        fn edges(&self) -> u32 {
+            self.camera.len() as u32 - 1
+        }
+        fn from_camera(&self, i: u32) -> PdfArea {
+            PdfArea(self.camera[i as usize])
+        }
+        fn from_light(&self, i: u32) -> PdfArea {
+            PdfArea(self.light[i as usize])
+        }
+        fn next_event_ratio(&self) -> f32 {
+            self.next_event
+        }
+        fn is_delta(&self, i: u32) -> bool {
+            0 < i && i < self.edges() && self.delta[i as usize]
+        }
+        fn light_is_hittable(&self) -> bool {
+            self.hittable
+        }
+    }
+
+    fn densities() -> impl proptest::strategy::Strategy<Value = Arbitrary> {
+        (2_usize..9).prop_flat_map(|n| {
+            let density = || prop::collection::vec(-5.0_f32..5.0, n).prop_map(|v| v.into_iter().map(f32::exp).collect());
+            (density(), density(), prop::collection::vec(any::<bool>(), n), 0.1_f32..10.0, any::<bool>()).prop_map(
+                |(camera, light, delta, next_event, hittable)| Arbitrary { camera, light, delta, next_event, hittable },
+            )
+        })
+    }
+    
+    proptest! {
+        #[test]
+        fn weights_over_the_table_sum_to_one(path in densities(), entries in prop::collection::vec(0_u32..4, 100)) {
+            let sensor = Sensor { width: 7, height: 5, padding: 1 };
+            let table = Techniques::new(sensor, 9, |x| entries[((x.s * 10 + x.t) % 100) as usize]);
+            let n = path.edges();
+            for heuristic in [Heuristic::Balance, Heuristic::Power, Heuristic::FirstSupported] {
+                let supported: Vec<_> = (1..=n + 1)
+                    .map(|t| Strategy { s: n + 1 - t, t })
+                    .filter(|x| effective_count(&path, *x, &table) > 0.0)
+                    .collect();
+                let sum: f32 = supported.iter().map(|x| mis_weight(&path, *x, &table, heuristic)).sum();
+                prop_assert!(supported.is_empty() || (sum - 1.0).abs() < 1e-4, "{heuristic:?}: {sum} over {supported:?}");
+            }
+        }
+    }
+}

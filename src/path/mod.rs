@@ -1,0 +1,31 @@
+//! The core: paths, what they contribute, and how densely each strategy samples them.
+//!
+//! | lecture | here |
+//! |---|---|
+//! | p̄ = p_0 p_1 … p_n | [`Path`], [`Vertex`], [`Edge`] |
+//! | T(p̄) | [`Path::throughput`] |
+//! | G(p↔p′), V(p↔p′) | [`Path::geometry_term`], [`Scene::visible`](crate::scene::Scene::visible) |
+//! | F_j(p̄) | [`Path::contribution`] |
+//! | p_{s,t}, n_{s,t}, w_{s,t} | [`Path::pdf`], [`Techniques`], [`mis_weight`] |
+//!
+//! The core has two faces. The **definition** ([`Path`]) is written straight from the formulas, in f64 and without caches.
+//! The **fast form** ([`Subpath`], [`JoinedPath`]) carries prefix products and densities that the random walks fill in.
+//! `tests/identity.rs` holds them together for every path that any integrator finds.
+
+mod class;
+mod definition;
+mod edge;
+mod joined;
+mod mis;
+mod strategy;
+mod subpath;
+mod vertex;
+
+pub use class::{Event, PathClass};
+pub use definition::Path;
+pub use edge::Edge;
+pub use joined::{JoinedPath, Joint};
+pub use mis::{Densities, Heuristic, mis_weight};
+pub use strategy::{LightVertices, Strategy, Techniques};
+pub use subpath::{Roulette, Step, Subpath};
+pub use vertex::Vertex;

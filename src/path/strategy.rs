@@ -1,0 +1,141 @@
+//! Strategies and the table that says how often each is used: an integrator is such a table.
+
+use crate::scene::camera::Sensor;
+
+/// Veach's (s,t): `s` vertices sampled from the light side, `t` from the camera side, then connected.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub struct Strategy {
+    /// Vertices from the light side: p_t … p_n.
+    pub s: u32,
+    /// Vertices from the camera side: p_0 … p_{t−1}.
+    pub t: u32,
+}
+
+impl Strategy {
+    /// The length of its paths in edges, n = s + t − 1.
+    pub fn edges(self) -> u32 {
+        self.s + self.t - 1
+    }
+}
+
+impl std::fmt::Display for Strategy {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "({},{})", self.s, self.t)
+    }
+}
+
+/// The table n_{s,t}: how many samples each strategy contributes to one pass over the image.
+///
+/// A pass has N_c camera subpaths, one per padded pixel, and N_l light subpaths that splat. An entry is a multiplicity
+/// m_{s,t} ≥ 0 per subpath: n_{s,t≥2} = N_c·m_{s,t} and n_{s,1} = N_l·m_{s,1}. Zero leaves a strategy out; m_{1,t} = N takes
+/// N next-event samples a vertex. Whatever is no (s,t) (area sampling, merging) joins as a field of its own and one more term
+/// of the weight's sum.
+#[derive(Clone, Debug)]
+pub struct Techniques {
+    camera_subpaths: u32,
+    light_subpaths: u32,
+    max_depth: u32,
+    /// m_{s,t} at `s·(max_depth + 2) + t`.
+    multiplicity: Vec<u32>,
+}
+
+impl Techniques {
+    /// A table for paths of at most `max_depth` edges, with m_{s,t} given by `multiplicity` for s + t ≤ `max_depth` + 1.
+    /// Strategies without an edge or without a camera vertex are left out whatever it says.
+    pub fn new(sensor: Sensor, max_depth: u32, multiplicity: impl Fn(Strategy) -> u32) -> Self {
+        let side = max_depth + 2;
+        let entry = |i: u32| {
+            let strategy = Strategy { s: i / side, t: i % side };
+            let exists = strategy.t >= 1 && (2..=side).contains(&(strategy.s + strategy.t)) && strategy.s + strategy.t < side;
+            if exists { multiplicity(strategy) } else { 0 }
+        };
+        Self {
+            camera_subpaths: sensor.padded_pixels(),
+            light_subpaths: sensor.pixels(),
+            max_depth,
+            multiplicity: (0..side * side).map(entry).collect(),
+        }
+    }
+
+    /// The same table with every entry but one set to zero.
+    #[must_use]
+    pub fn only(&self, strategy: Strategy) -> Self {
+        let side = self.max_depth + 2;
+        let multiplicity = (0..side * side).map(|i| {
+            let kept = Strategy { s: i / side, t: i % side } == strategy;
+            if kept { self.multiplicity[i as usize] } else { 0 }
+        });
+        Self { multiplicity: multiplicity.collect(), ..*self }
+    }
+
+    /// m_{s,t}, zero outside the table.
+    #[inline]
+    pub fn multiplicity(&self, strategy: Strategy) -> u32 {
+        let side = self.max_depth + 2;
+        if strategy.s >= side || strategy.t >= side { 0 } else { self.multiplicity[(strategy.s * side + strategy.t) as usize] }
+    }
+
+    /// n_{s,t}.
+    #[inline]
+    pub fn count(&self, strategy: Strategy) -> f32 {
+        let subpaths = if strategy.t == 1 { self.light_subpaths } else { self.camera_subpaths };
+        self.multiplicity(strategy) as f32 * subpaths as f32
+    }
+
+    /// The longest path in edges.
+    pub fn max_depth(&self) -> u32 {
+        self.max_depth
+    }
+
+    /// Every strategy with a positive entry.
+    pub fn strategies(&self) -> impl Iterator<Item = Strategy> {
+        let side = self.max_depth + 2;
+        (0..side * side)
+            .filter(|i| self.multiplicity[*i as usize] > 0)
+            .map(move |i| Strategy { s: i / side, t: i % side })
+    }
+
+    /// How many vertices a light subpath needs for connections to camera subpaths (s ≥ 2, t ≥ 2) and for splats (t = 1).
+    pub fn light_vertices(&self) -> LightVertices {
+        let longest = |wanted: fn(&Strategy) -> bool| self.strategies().filter(wanted).map(|x| x.s).max().unwrap_or(0);
+        LightVertices { connected: longest(|x| x.s >= 2 && x.t >= 2), splatted: longest(|x| x.t == 1) }
+    }
+
+    /// How many vertices a camera subpath needs: the largest t of any strategy with t ≥ 2, zero if there is none.
+    pub fn camera_vertices(&self) -> u32 {
+        self.strategies().filter(|x| x.t >= 2).map(|x| x.t).max().unwrap_or(0)
+    }
+}
+
+/// See [`Techniques::light_vertices`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct LightVertices {
+    /// The largest s of a strategy with s ≥ 2 and t ≥ 2, or zero.
+    pub connected: u32,
+    /// The largest s of a strategy with t = 1, or zero.
+    pub splatted: u32,
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const SENSOR: Sensor = Sensor { width: 4, height: 3, padding: 1 };
+
+    #[test]
+    fn counts_follow_the_sensor_and_the_table_ends_at_max_depth() {
+        let table = Techniques::new(SENSOR, 3, |x| if x.s == 1 && x.t >= 2 { 5 } else { 1 });
+        assert_eq!(table.count(Strategy { s: 0, t: 2 }), 30.0);
+        assert_eq!(table.count(Strategy { s: 1, t: 2 }), 150.0);
+        assert_eq!(table.count(Strategy { s: 3, t: 1 }), 12.0);
+        assert_eq!(table.count(Strategy { s: 0, t: 1 }), 0.0);
+        assert_eq!(table.count(Strategy { s: 2, t: 0 }), 0.0);
+        assert_eq!(table.count(Strategy { s: 2, t: 3 }), 0.0);
+        assert_eq!(table.strategies().count(), 2 + 3 + 4);
+        assert_eq!(table.light_vertices(), LightVertices { connected: 2, splatted: 3 });
+        assert_eq!(table.camera_vertices(), 4);
+        let one = table.only(Strategy { s: 1, t: 2 });
+        assert_eq!(one.strategies().collect::<Vec<_>>(), [Strategy { s: 1, t: 2 }]);
+        assert_eq!(one.camera_vertices(), 2);
+    }
+}

@@ -1,0 +1,256 @@
+//! Subpaths: the random walks from the camera and from a light, with the prefix products that the fast form needs.
+
+use glam::Vec3;
+
+use super::{Edge, Vertex};
+use crate::{
+    math::Rgb,
+    sampling::{PdfArea, PdfSolidAngle, Sampler},
+    scene::{
+        Scene,
+        bsdf::Transport,
+        camera::Raster,
+        point::{Place, Point},
+    },
+};
+
+/// When Russian roulette may end a walk.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Roulette {
+    /// Never: only the table's length ends a walk.
+    Off,
+    /// At vertices with this many edges behind them, and later.
+    FromDepth(u32),
+}
+
+/// A vertex of a subpath with what the walk knows on arriving there.
+#[derive(Clone, Copy, Debug)]
+pub struct Step {
+    /// The vertex.
+    pub vertex: Vertex,
+    /// The edge from this vertex back to its predecessor; meaningless at the subpath's first vertex.
+    pub back: Edge,
+    /// The prefix of F/p up to this vertex, without f̂ here: Π f̂ G/p, with W_e at the camera or L_e at the light,
+    /// and over the survival probabilities of roulette.
+    pub beta: Rgb,
+    /// Own-side density: of this vertex given its predecessors in the walk.
+    pub pdf_fwd: PdfArea,
+    /// Other-side density: of this vertex when the path is walked the other way. Known once the walk has gone two vertices
+    /// further; a connection supplies it for the last two.
+    pub pdf_rev: PdfArea,
+    /// The product of roulette's survival probabilities so far: in the estimate, not in any density.
+    pub survival: f32,
+}
+
+impl Step {
+    /// The first vertex of a subpath.
+    fn first(point: Point, pdf: PdfArea) -> Self {
+        Self {
+            vertex: Vertex::new(point),
+            back: Edge { direction: Vec3::Z, distance_squared: 1.0, cos_a: 1.0, cos_b: 1.0 },
+            beta: Rgb::splat(1.0 / pdf.0),
+            pdf_fwd: pdf,
+            pdf_rev: PdfArea::ZERO,
+            survival: 1.0,
+        }
+    }
+
+    /// A light vertex p_n sampled by next-event estimation with density `pdf`.
+    #[inline]
+    pub fn next_event(point: Point, pdf: PdfArea) -> Self {
+        Self::first(point, pdf)
+    }
+}
+
+/// A subpath from the camera (p_0 p_1 …) or from a light (p_n p_{n−1} …).
+#[derive(Clone, Debug, Default)]
+pub struct Subpath {
+    steps: Vec<Step>,
+    /// Of a light subpath with two vertices or more: see [`super::Densities::next_event_ratio`].
+    next_event_ratio: f32,
+}
+
+/// How a walk leaves its current vertex.
+struct Departure {
+    origin: Vec3,
+    direction: Vec3,
+    pdf: PdfSolidAngle,
+    /// The prefix of F/p, with everything at the vertex that it leaves.
+    beta: Rgb,
+    survival: f32,
+}
+
+impl Subpath {
+    /// An empty subpath that can hold `vertices` without allocating.
+    pub fn with_capacity(vertices: u32) -> Self {
+        Self { steps: Vec::with_capacity(vertices as usize), next_event_ratio: 1.0 }
+    }
+
+    /// The vertices with their prefix products.
+    #[inline]
+    pub fn steps(&self) -> &[Step] {
+        &self.steps
+    }
+
+    /// See [`super::Densities::next_event_ratio`]: for this light subpath's own p_n and p_{n−1}.
+    #[inline]
+    pub fn next_event_ratio(&self) -> f32 {
+        self.next_event_ratio
+    }
+
+    /// Walks from the lens through `raster`, to at most `vertices` vertices. Where a ray leaves the scene, an
+    /// environment's point becomes the last vertex.
+    pub fn walk_from_camera(
+        &mut self,
+        scene: &Scene,
+        raster: Raster,
+        vertices: u32,
+        roulette: Roulette,
+        sampler: &mut impl Sampler,
+    ) {
+        self.put_lens(scene);
+        let lens = self.steps[0];
+        let direction = scene.camera.direction(raster);
+        let pdf = scene.camera_pdf(direction);
+        let cos = lens.vertex.point.normal.dot(direction);
+        let beta = lens.beta * (scene.camera.we(direction) * cos / pdf.0);
+        // The density is positive on all of the padded film; rounding may put a border sample outside it.
+        if pdf > PdfSolidAngle::ZERO {
+            let origin = lens.vertex.point.position;
+            self.walk(scene, Departure { origin, direction, pdf, beta, survival: 1.0 }, Transport::Radiance, vertices, roulette, sampler);
+        }
+    }
+
+    /// The subpath that is only p_0, to which light subpaths connect.
+    pub fn put_lens(&mut self, scene: &Scene) {
+        self.steps.clear();
+        self.steps.push(Step::first(scene.camera.lens_point(), PdfArea(1.0)));
+    }
+
+    /// Walks from a light, to at most `vertices` vertices; empty if the scene has no light.
+    pub fn walk_from_light(&mut self, scene: &Scene, vertices: u32, roulette: Roulette, sampler: &mut impl Sampler) {
+        self.steps.clear();
+        self.next_event_ratio = 1.0;
+        let (choose, position, direction) = (sampler.next_1d(), sampler.next_2d(), sampler.next_2d());
+        if vertices == 0 {
+            return;
+        }
+        let Some(emission) = scene.sample_emission(choose, position, direction) else { return };
+        let p = emission.point;
+        self.steps.push(Step::first(p, emission.pdf_position));
+        if vertices == 1 || emission.pdf_direction == PdfSolidAngle::ZERO {
+            return;
+        }
+        let cos = if p.place == Place::Surface { p.normal.dot(emission.direction).abs() } else { 1.0 };
+        let departure = Departure {
+            origin: emission.origin.unwrap_or_else(|| p.ray_origin(emission.direction)),
+            direction: emission.direction,
+            pdf: emission.pdf_direction,
+            beta: self.steps[0].beta * scene.le(&p, emission.direction) * (cos / emission.pdf_direction.0),
+            survival: 1.0,
+        };
+        self.walk(scene, departure, Transport::Importance, vertices, roulette, sampler);
+        if let [end, before, ..] = self.steps.as_slice() {
+            let next_event = scene.lights().pdf_next_event(&end.vertex.point, &before.vertex.point);
+            self.next_event_ratio = next_event.0 / end.pdf_fwd.0;
+        }
+    }
+
+    /// Goes on from the last vertex: trace, arrive, scatter, play roulette, depart.
+    fn walk(
+        &mut self,
+        scene: &Scene,
+        mut departure: Departure,
+        transport: Transport,
+        vertices: u32,
+        roulette: Roulette,
+        sampler: &mut impl Sampler,
+    ) {
+        while self.steps.len() < vertices as usize {
+            if !self.arrive(scene, &departure, transport) || self.steps.len() == vertices as usize {
+                return;
+            }
+            let u = sampler.next_3d();
+            let survive = sampler.next_1d();
+            let Some(next) = self.scatter(transport, roulette, u, survive) else { return };
+            departure = next;
+        }
+    }
+
+    /// Adds the vertex that the departing ray reaches. False if it leaves the scene.
+    #[inline]
+    fn arrive(&mut self, scene: &Scene, departure: &Departure, transport: Transport) -> bool {
+        let from = &self.steps[self.steps.len() - 1].vertex.point;
+        let (point, left) = match scene.trace_ray(departure.origin, departure.direction, from.primitive) {
+            Some(point) => (point, false),
+            None => match scene.lights().environment_at(departure.direction) {
+                Some(point) if transport == Transport::Radiance => (point, true),
+                _ => return false,
+            },
+        };
+        let edge = Edge::between(from, &point);
+        let beta = departure.beta * transmittance(scene, from, &edge, &point, transport);
+        self.steps.push(Step {
+            vertex: Vertex::new(point),
+            back: edge.reversed(),
+            beta,
+            pdf_fwd: departure.pdf.to_area(&edge),
+            pdf_rev: PdfArea::ZERO,
+            survival: departure.survival,
+        });
+        !left
+    }
+
+    /// Samples how the walk leaves its last vertex, and fills in what that decides: the vertex's lobe and its
+    /// predecessor's other-side density.
+    #[inline]
+    fn scatter(&mut self, transport: Transport, roulette: Roulette, u: Vec3, survive: f32) -> Option<Departure> {
+        let edges = self.steps.len() as u32 - 1;
+        let [.., before, here] = self.steps.as_mut_slice() else { return None };
+        let known = here.back.direction;
+        let sample = here.vertex.sample(known, transport, u)?;
+        here.vertex.lobe = sample.lobe;
+        let (fwd, rev) = sample.scatter.forward_reverse(transport);
+        before.pdf_rev = rev.to_area(&here.back);
+
+        let cos = here.vertex.point.normal.dot(sample.direction).abs();
+        let ratio = sample.scatter.f * (cos / fwd.0);
+        let mut survival = here.survival;
+        if let Roulette::FromDepth(depth) = roulette
+            && edges >= depth
+        {
+            // Radiance shrinks by η² on entering a medium and grows again on leaving it: no reason to stop inside.
+            let (to_camera, to_light) = transport.sides(known, sample.direction);
+            let radiance_scale = match transport {
+                Transport::Radiance => here.vertex.relative_ior(to_camera, to_light).powi(2),
+                Transport::Importance => 1.0,
+            };
+            let q = (ratio.max_element() * radiance_scale).min(0.95);
+            // `q` may be NaN with a non-finite ratio, which then goes on to be counted as such.
+            if survive >= q {
+                return None;
+            }
+            survival *= q;
+        }
+        let beta = here.beta * ratio * (here.survival / survival);
+        let origin = here.vertex.point.ray_origin(sample.direction);
+        Some(Departure { origin, direction: sample.direction, pdf: fwd, beta, survival })
+    }
+}
+
+/// exp(−σ_a d) along the edge from `a` to `b`: the part of the light that the volume they lie in lets pass.
+/// Of two boundary ends the one nearer the camera is asked first, whichever way the edge was found.
+#[inline]
+pub(super) fn transmittance(scene: &Scene, a: &Point, ab: &Edge, b: &Point, walked: Transport) -> Rgb {
+    let absorption = match walked {
+        Transport::Radiance => scene.absorption(a, ab.direction, b),
+        Transport::Importance => scene.absorption(b, -ab.direction, a),
+    };
+    if absorption == Rgb::ZERO {
+        return Rgb::ONE;
+    }
+    let infinite = a.place == Place::Infinite || b.place == Place::Infinite;
+    let distance = if infinite { f32::INFINITY } else { ab.distance_squared.sqrt() };
+    // A channel that is not absorbed stays whole at any distance, also where 0·∞ would be no number.
+    absorption.map(|s| if s == 0.0 { 1.0 } else { (-s * distance).exp() })
+}

@@ -1,0 +1,85 @@
+//! A vertex p_i of a path: a point of the scene and the lobe with which the path scatters there.
+
+use glam::Vec3;
+
+use crate::{
+    math::Frame,
+    scene::{
+        bsdf::{BsdfSample, Lobe, Scatter, Transport},
+        point::Point,
+    },
+};
+
+/// One vertex. Its role (lens, surface, light) is its index in the path.
+#[derive(Clone, Copy, Debug)]
+pub struct Vertex {
+    /// Where it is, and what the scene is like there.
+    pub point: Point,
+    /// The lobe that the path uses here; [`Lobe::Continuous`] at the two ends.
+    pub lobe: Lobe,
+    /// α: the surface's coverage in [0, 1]; f and L_e carry it, and V the 1 − α of what a segment crosses.
+    pub alpha: f32,
+}
+
+impl Vertex {
+    /// A vertex at an opaque point, at an end of a path or with the continuous lobe.
+    #[inline]
+    pub fn new(point: Point) -> Self {
+        Self { point, lobe: Lobe::Continuous, alpha: 1.0 }
+    }
+
+    /// Whether the path passes a delta lobe here, so that nothing can be connected to this vertex.
+    #[inline]
+    pub fn is_delta(&self) -> bool {
+        self.lobe != Lobe::Continuous
+    }
+
+    /// f̂/α with the densities of both directions, for unit world directions towards the camera and the light.
+    ///
+    /// f̂ = f_s |ω_light·N_s| / |ω_light·N_g|: with the geometric cosines of G this scatters over shading normals as
+    /// radiance does, whichever way the path was found, so that no strategy needs a correction of its own (Veach 5.3).
+    /// Coverage α is left out because a walk that stops here with probability α divides by it again.
+    #[inline]
+    pub fn scatter(&self, to_camera: Vec3, to_light: Vec3) -> Scatter {
+        let p = &self.point;
+        if !(p.sides_agree(to_camera) && p.sides_agree(to_light)) {
+            return Scatter::ZERO;
+        }
+        let frame = Frame::around(p.shading_normal);
+        let scatter = p.bsdf.eval(self.lobe, frame.to_local(to_camera), frame.to_local(to_light));
+        Scatter { f: scatter.f * self.shading_factor(to_light), ..scatter }
+    }
+
+    /// Samples the direction across from the unit world direction `known`; the result is in world space and holds f̂/α.
+    #[inline]
+    pub fn sample(&self, known: Vec3, transport: Transport, u: Vec3) -> Option<BsdfSample> {
+        let p = &self.point;
+        if !p.sides_agree(known) {
+            return None;
+        }
+        let frame = Frame::around(p.shading_normal);
+        let sample = p.bsdf.sample(frame.to_local(known), transport, u)?;
+        let direction = frame.to_world(sample.direction).normalize();
+        if !p.sides_agree(direction) {
+            return None;
+        }
+        let (_, to_light) = transport.sides(known, direction);
+        let f = sample.scatter.f * self.shading_factor(to_light);
+        Some(BsdfSample { direction, scatter: Scatter { f, ..sample.scatter }, ..sample })
+    }
+
+    /// η_light/η_camera across this vertex, for unit world directions; see [`crate::scene::bsdf::Bsdf::relative_ior`].
+    #[inline]
+    pub fn relative_ior(&self, to_camera: Vec3, to_light: Vec3) -> f32 {
+        let z = self.point.shading_normal;
+        let local = |w: Vec3| Vec3::new(0.0, 0.0, z.dot(w));
+        self.point.bsdf.relative_ior(local(to_camera), local(to_light))
+    }
+
+    #[inline]
+    fn shading_factor(&self, to_light: Vec3) -> f32 {
+        let p = &self.point;
+        // Flat surfaces are the common case, and there the factor is exactly 1.
+        if p.normal == p.shading_normal { 1.0 } else { (p.shading_normal.dot(to_light) / p.normal.dot(to_light)).abs() }
+    }
+}
