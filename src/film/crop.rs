@@ -1,0 +1,31 @@
+//! The part of the image that is rendered.
+
+pub use crate::render::Crop;
+use crate::scene::camera::Sensor;
+
+impl Crop {
+    /// The whole image.
+    pub fn full(sensor: Sensor) -> Self {
+        Self { x0: 0, y0: 0, x1: sensor.width, y1: sensor.height }
+    }
+
+    /// Whether it holds at least one pixel and no pixel outside the image.
+    pub fn fits(&self, sensor: Sensor) -> bool {
+        self.x0 < self.x1 && self.y0 < self.y1 && self.x1 <= sensor.width && self.y1 <= sensor.height
+    }
+
+    /// Columns.
+    pub fn width(&self) -> u32 {
+        self.x1 - self.x0
+    }
+
+    /// Rows.
+    pub fn height(&self) -> u32 {
+        self.y1 - self.y0
+    }
+
+    /// Pixels.
+    pub fn pixels(&self) -> u64 {
+        u64::from(self.width()) * u64::from(self.height())
+    }
+}

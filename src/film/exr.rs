@@ -1,0 +1,145 @@
+//! OpenEXR: the image as it is, and what it was made with.
+
+use std::io::{self, Cursor};
+
+use ::exr::{
+    meta::{
+        attribute::{AttributeValue, Chromaticities, IntegerBounds, LineOrder, Text},
+        header::{ImageAttributes, LayerAttributes},
+    },
+    prelude::{Blocks, Compression, Encoding, Layer, SpecificChannels, Vec2, WritableImage},
+};
+
+use super::{Crop, Image};
+use crate::scene::camera::Sensor;
+
+/// What an image file says besides its pixels.
+#[derive(Clone, Debug)]
+pub struct Header {
+    /// The full image: the display window.
+    pub sensor: Sensor,
+    /// The pixels in the file: the data window.
+    pub crop: Crop,
+    /// Text attributes: name without its prefix `pathspace.`, and value. They hold what changes pixels and nothing
+    /// else, so that two renders of the same image are the same file.
+    pub attributes: Vec<(&'static str, String)>,
+}
+
+/// Encodes `image` as an OpenEXR file of one part with the 32-bit float channels R, G and B, without loss, and with
+/// the same bytes whenever called with the same arguments.
+///
+/// # Errors
+/// If the format cannot hold the image.
+pub fn encode_exr(image: &Image, header: &Header) -> io::Result<Vec<u8>> {
+    let display = IntegerBounds::new((0, 0), (header.sensor.width as usize, header.sensor.height as usize));
+    let mut shared = ImageAttributes::new(display);
+    shared.chromaticities = Some(REC_709);
+
+    let mut own = LayerAttributes::default();
+    own.layer_position = Vec2(header.crop.x0 as i32, header.crop.y0 as i32);
+    own.software_name = Some(Text::from(concat!("pathspace ", env!("CARGO_PKG_VERSION"))));
+    for (name, value) in &header.attributes {
+        let name = Text::from_slice_unchecked(format!("pathspace.{name}").as_bytes());
+        own.other.insert(name, AttributeValue::Text(Text::from_slice_unchecked(value.as_bytes())));
+    }
+
+    let encoding =
+        Encoding { compression: Compression::ZIP16, blocks: Blocks::ScanLines, line_order: LineOrder::Increasing };
+    let size = Vec2(image.width as usize, image.height as usize);
+    let channels = SpecificChannels::rgb(|Vec2(x, y)| <(f32, f32, f32)>::from(image.get(x as u32, y as u32)));
+    let layer = Layer::new(size, own, encoding, channels);
+    let mut bytes = Vec::new();
+    ::exr::image::Image::new(shared, layer)
+        .write()
+        .non_parallel()
+        .to_buffered(Cursor::new(&mut bytes))
+        .map_err(|error| io::Error::other(error.to_string()))?;
+    sort_attributes(&mut bytes).ok_or_else(|| io::Error::other("unexpected OpenEXR header"))?;
+    Ok(bytes)
+}
+
+/// The primaries of the renderer's RGB.
+const REC_709: Chromaticities = Chromaticities {
+    red: Vec2(0.64, 0.33),
+    green: Vec2(0.30, 0.60),
+    blue: Vec2(0.15, 0.06),
+    white: Vec2(0.3127, 0.3290),
+};
+
+/// Brings the attributes of a single-part file's header into alphabetical order. The exr crate keeps custom attributes
+/// in a hash map and writes them in another order each time; their total length, and so every offset in the file, stays.
+fn sort_attributes(file: &mut [u8]) -> Option<()> {
+    // Magic number and version, then (name \0 type \0 length value)… \0.
+    const START: usize = 8;
+    let text_end = |from: usize| Some(from + file.get(from..)?.iter().position(|b| *b == 0)? + 1);
+    let mut attributes = Vec::new();
+    let mut at = START;
+    while *file.get(at)? != 0 {
+        let length_at = text_end(text_end(at)?)?;
+        let length = i32::from_le_bytes(file.get(length_at..length_at + 4)?.try_into().ok()?);
+        let end = length_at + 4 + usize::try_from(length).ok()?;
+        attributes.push(file.get(at..end)?.to_vec());
+        at = end;
+    }
+    attributes.sort();
+    file[START..at].copy_from_slice(&attributes.concat());
+    Some(())
+}
+
+#[cfg(test)]
+mod tests {
+    use ::exr::prelude::{ReadChannels, ReadLayers, read};
+
+    use super::*;
+    use crate::math::Rgb;
+
+    fn example() -> (Image, Header) {
+        let crop = Crop { x0: 3, y0: 5, x1: 20, y1: 45 };
+        let pixels = (0..17 * 40).map(|i| Rgb::new(i as f32, 0.1 * i as f32, 1e-20)).collect();
+        let attributes = ["integrator", "spp", "seed", "filter", "noise"].map(|name| (name, format!("a {name} – é")));
+        let sensor = Sensor { width: 64, height: 48, padding: 1 };
+        (Image { width: 17, height: 40, pixels }, Header { sensor, crop, attributes: attributes.to_vec() })
+    }
+
+    #[test]
+    fn the_same_image_is_the_same_file() {
+        let (image, header) = example();
+        let bytes = encode_exr(&image, &header).unwrap();
+        for _ in 0..8 {
+            assert_eq!(bytes, encode_exr(&image, &header).unwrap(), "hash maps have their own order each time");
+        }
+    }
+
+    #[test]
+    fn pixels_windows_and_attributes_come_back() {
+        let (image, header) = example();
+        let bytes = encode_exr(&image, &header).unwrap();
+        let file = read()
+            .no_deep_data()
+            .largest_resolution_level()
+            .rgb_channels(
+                |size, _| Image {
+                    width: size.0 as u32,
+                    height: size.1 as u32,
+                    pixels: vec![Rgb::ZERO; size.0 * size.1],
+                },
+                |image: &mut Image, Vec2(x, y), (r, g, b): (f32, f32, f32)| {
+                    image.pixels[y * image.width as usize + x] = Rgb::new(r, g, b);
+                },
+            )
+            .first_valid_layer()
+            .all_attributes()
+            .from_buffered(Cursor::new(&bytes))
+            .unwrap();
+        assert_eq!(file.layer_data.channel_data.pixels, image);
+        assert_eq!(file.layer_data.attributes.layer_position, Vec2(3, 5));
+        assert_eq!(file.attributes.display_window.size, Vec2(64, 48));
+        for (name, value) in header.attributes {
+            let AttributeValue::Text(read) = &file.layer_data.attributes.other[format!("pathspace.{name}").as_bytes()]
+            else {
+                panic!("{name} is no text")
+            };
+            assert_eq!(read.as_slice(), value.as_bytes());
+        }
+    }
+}

@@ -1,0 +1,224 @@
+//! The film: where contributions are added, exactly and in any order, and how images leave the program.
+//!
+//! Sums are integers in units of a quantum that the scene fixes ([`FixedPoint`]). Adding integers commutes, so the
+//! image is the same to the last bit for any number of threads, any split of the samples and any order of them.
+//! Nothing is lost silently: what cannot be added is counted ([`DepositErrors`]).
+
+mod crop;
+mod exr;
+mod image;
+mod output;
+mod plane;
+mod png;
+
+use std::sync::atomic::{AtomicU64, Ordering::Relaxed};
+
+use self::plane::Plane;
+pub use self::{
+    crop::Crop,
+    exr::{Header, encode_exr},
+    image::{Image, half_image_rel_mse},
+    output::{Format, OutputError, UnknownFormat, check_writable, write_atomically},
+    plane::FixedPoint,
+    png::{Exposure, encode_png},
+};
+use crate::{
+    math::Rgb,
+    sampling::Filter,
+    scene::camera::{Raster, Sensor},
+};
+
+/// Which of the two half images a pass belongs to. Each half is an image of its own; their difference is the noise.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Half {
+    /// Even passes.
+    Even,
+    /// Odd passes.
+    Odd,
+}
+
+impl Half {
+    /// The half of the pass with this index.
+    pub fn of_pass(pass: u32) -> Self {
+        if pass.is_multiple_of(2) { Self::Even } else { Self::Odd }
+    }
+}
+
+/// How many deposits were left out of the film, and why. A render without a bug has none of these.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct DepositErrors {
+    /// Deposits with a NaN or an infinity in value or place.
+    pub non_finite: u64,
+    /// Deposits with a negative channel.
+    pub negative: u64,
+    /// Deposits beyond 2⁶⁰ quanta.
+    pub out_of_range: u64,
+    /// Channels of pixels whose sum wrapped around: these pixels are wrong.
+    pub overflow: u64,
+}
+
+impl DepositErrors {
+    /// Whether there was none.
+    pub fn is_empty(&self) -> bool {
+        *self == Self::default()
+    }
+}
+
+/// The two half images of (a crop of) an image, as exact unnormalised sums. Threads share it.
+pub struct Film {
+    crop: Crop,
+    filter: Filter,
+    scale: FixedPoint,
+    halves: [Plane; 2],
+    /// In the order of [`DepositErrors`].
+    errors: [AtomicU64; 4],
+}
+
+/// Indices into [`Film::errors`].
+#[derive(Clone, Copy)]
+enum Fault {
+    NonFinite,
+    Negative,
+    OutOfRange,
+    Overflow,
+}
+
+impl Film {
+    /// A black film for the pixels `crop` of `sensor`'s image.
+    ///
+    /// # Panics
+    /// If the crop does not fit the image ([`Crop::fits`]), or the sensor has less padding than the filter needs.
+    pub fn new(sensor: Sensor, crop: Crop, filter: Filter, scale: FixedPoint) -> Self {
+        assert!(crop.fits(sensor), "{crop:?} does not fit {sensor:?}");
+        assert!(sensor.padding >= filter.padding(), "{sensor:?} has too little padding for {filter:?}");
+        let pixels = crop.pixels() as usize;
+        Self { crop, filter, scale, halves: [Plane::new(pixels), Plane::new(pixels)], errors: Default::default() }
+    }
+
+    /// What a film of so many pixels takes, in bytes.
+    pub fn memory(pixels: u64) -> u64 {
+        2 * Plane::BYTES_PER_PIXEL * pixels
+    }
+
+    /// The pixels of the image that the film holds.
+    pub fn crop(&self) -> Crop {
+        self.crop
+    }
+
+    /// The unit of its sums.
+    pub fn scale(&self) -> FixedPoint {
+        self.scale
+    }
+
+    /// Adds `value` h_j(`raster`) to every pixel j, rounding each product once. `value` is a contribution
+    /// F/(n p) without its h_j; it is not divided by the number of passes.
+    #[inline]
+    pub fn deposit(&self, raster: Raster, value: Rgb, half: Half) {
+        let quanta = value.as_dvec3() * self.scale.per_unit();
+        if let Some(fault) = fault(raster, value, quanta.max_element()) {
+            self.count(fault, 1);
+            return;
+        }
+        // The support reaches as many pixels to either side as the padding has; what lies outside the crop belongs to
+        // another part of the image.
+        let place = raster.0;
+        let (columns, weights_x) = self.reach(place.x, self.crop.x0, self.crop.x1);
+        let (rows, weights_y) = self.reach(place.y, self.crop.y0, self.crop.y1);
+        let plane = &self.halves[half as usize];
+        let mut overflows = 0;
+        for (y, wy) in rows.zip(weights_y) {
+            let row = y as usize * self.crop.width() as usize;
+            for (x, wx) in columns.clone().zip(weights_x) {
+                overflows += plane.add(row + x as usize, quanta * f64::from(wx * wy));
+            }
+        }
+        if overflows > 0 {
+            self.count(Fault::Overflow, overflows);
+        }
+    }
+
+    /// The pixels of one axis that a sample at `x` reaches between `first` and `end`, counted from `first`, and the
+    /// filter's weight at each (the array may be longer than the range).
+    #[inline]
+    fn reach(&self, x: f32, first: u32, end: u32) -> (std::ops::Range<u32>, [f32; Filter::MAX_WIDTH]) {
+        // Places far outside saturate, and stay outside.
+        let (own, padding) = (x.floor() as i64, i64::from(self.filter.padding()));
+        let from = (own - padding).clamp(i64::from(first), i64::from(end));
+        let to = (own + padding + 1).clamp(i64::from(first), i64::from(end));
+        let mut weights = [0.0; Filter::MAX_WIDTH];
+        for (pixel, weight) in (from..to).zip(&mut weights) {
+            *weight = self.filter.weight_1d(x - (pixel as f32 + 0.5));
+        }
+        ((from as u32 - first)..(to as u32 - first), weights)
+    }
+
+    #[cold]
+    fn count(&self, fault: Fault, times: u64) {
+        self.errors[fault as usize].fetch_add(times, Relaxed);
+    }
+
+    /// What could not be added so far.
+    pub fn errors(&self) -> DepositErrors {
+        let count = |fault: Fault| self.errors[fault as usize].load(Relaxed);
+        DepositErrors {
+            non_finite: count(Fault::NonFinite),
+            negative: count(Fault::Negative),
+            out_of_range: count(Fault::OutOfRange),
+            overflow: count(Fault::Overflow),
+        }
+    }
+
+    /// The image after `passes` passes.
+    ///
+    /// # Panics
+    /// If `passes` is zero.
+    pub fn image(&self, passes: u32) -> Image {
+        let [even, odd] = &self.halves;
+        self.normalised(passes, |pixel, channel| {
+            // Two sums of 64 bits need 65.
+            (u128::from(even.sum(pixel, channel)) + u128::from(odd.sum(pixel, channel))) as f64
+        })
+    }
+
+    /// One half of the image, of which `passes` passes were rendered.
+    ///
+    /// # Panics
+    /// If `passes` is zero.
+    pub fn half_image(&self, half: Half, passes: u32) -> Image {
+        let plane = &self.halves[half as usize];
+        self.normalised(passes, |pixel, channel| plane.sum(pixel, channel) as f64)
+    }
+
+    /// The noise of [`Film::image`] as [`half_image_rel_mse`] of its halves; `None` unless `passes` is even and not
+    /// zero, since nothing is known about one pass and the halves of an odd number are not alike.
+    pub fn noise(&self, passes: u32) -> Option<f64> {
+        let of_half = (passes.is_multiple_of(2) && passes > 0).then_some(passes / 2)?;
+        Some(half_image_rel_mse(&self.half_image(Half::Even, of_half), &self.half_image(Half::Odd, of_half)))
+    }
+
+    fn normalised(&self, passes: u32, sum: impl Fn(usize, usize) -> f64) -> Image {
+        assert!(passes > 0, "an image is a mean over at least one pass");
+        let scale = self.scale.quantum() / f64::from(passes);
+        let pixels = (0..self.halves[0].len())
+            .map(|pixel| Rgb::from_array([0, 1, 2].map(|channel| (sum(pixel, channel) * scale) as f32)))
+            .collect();
+        Image { width: self.crop.width(), height: self.crop.height(), pixels }
+    }
+}
+
+/// Why a deposit cannot be added, if so.
+#[inline]
+fn fault(raster: Raster, value: Rgb, largest: f64) -> Option<Fault> {
+    if !value.is_finite() || !raster.0.is_finite() {
+        Some(Fault::NonFinite)
+    } else if value.min_element() < 0.0 {
+        Some(Fault::Negative)
+    } else if largest >= FixedPoint::LIMIT {
+        Some(Fault::OutOfRange)
+    } else {
+        None
+    }
+}
+
+#[cfg(test)]
+mod tests;
