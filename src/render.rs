@@ -1,32 +1,27 @@
-//! Rendering: passes over the image, threads, and what a person wants to know meanwhile.
+//! Rendering: passes over the image, spread over threads, that bring integrator and film together.
 
-use crate::sampling::Filter;
+use std::{
+    collections::BTreeMap,
+    sync::{
+        Mutex,
+        atomic::{AtomicU64, Ordering::Relaxed},
+    },
+};
 
-/// Which of the integrators renders.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum IntegratorKind {
-    /// Path tracing with next-event estimation.
-    Path,
-    /// Light tracing.
-    Light,
-    /// Path and light tracing in one, without inner connections.
-    Hybrid,
-    /// Bidirectional path tracing.
-    Bdpt,
-}
+use glam::Vec2;
+use rayon::prelude::*;
 
-/// Pixels x0 ≤ x < x1, y0 ≤ y < y1 of the full image.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Crop {
-    /// First column.
-    pub x0: u32,
-    /// First row.
-    pub y0: u32,
-    /// Column after the last.
-    pub x1: u32,
-    /// Row after the last.
-    pub y1: u32,
-}
+use crate::{
+    film::{Crop, Film, FixedPoint, Half},
+    integrator::{Integrator, IntegratorKind, Samplers, Scratch, Sink, Splats, Unit, Weighting},
+    math::Rgb,
+    path::{JoinedPath, Roulette, Strategy},
+    sampling::{Filter, Independent, Sampler, Stream},
+    scene::{
+        Scene,
+        camera::{Raster, Sensor},
+    },
+};
 
 /// Everything besides the scene that changes pixels (the number of samples apart).
 #[derive(Clone, Debug)]
@@ -35,14 +30,248 @@ pub struct Settings {
     pub integrator: IntegratorKind,
     /// The longest path, in edges.
     pub max_depth: u32,
-    /// From which number of edges on Russian roulette may end a subpath; `None`: never.
-    pub roulette: Option<u32>,
+    /// When Russian roulette may end a subpath.
+    pub roulette: Roulette,
+    /// The deposits of one strategy only, and how they are weighted.
+    pub only: Option<(Strategy, Weighting)>,
     /// The seed of all random numbers.
     pub seed: u64,
-    /// The reconstruction filter.
+    /// The reconstruction filter. The camera's sensor must have its padding.
     pub filter: Filter,
     /// The part of the image to render.
     pub crop: Crop,
-    /// Largest value per channel of a single contribution, if contributions are clamped (which biases the image).
+    /// The largest value per channel of a single contribution, if contributions are clamped (which biases the image).
     pub clamp: Option<f32>,
+}
+
+impl Settings {
+    /// The defaults of the command line for an image of `sensor`'s size: bdpt, 16 edges, roulette from depth 4, box filter.
+    pub fn new(sensor: Sensor) -> Self {
+        Self {
+            integrator: IntegratorKind::Bdpt,
+            max_depth: 16,
+            roulette: Roulette::FromDepth(4),
+            only: None,
+            seed: 0,
+            filter: Filter::Box,
+            crop: Crop::full(sensor),
+            clamp: None,
+        }
+    }
+}
+
+/// What a render has done so far.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Statistics {
+    /// Samples: camera subpaths, or light subpaths where the integrator has no others.
+    pub samples: u64,
+    /// Rays of walks and of connections.
+    pub rays: u64,
+    /// Contributions that were not finite or negative, and so were left out, by strategy (s,t).
+    pub rejected: BTreeMap<(u32, u32), u64>,
+}
+
+/// A render in progress: the film and how far it is.
+pub struct Renderer<'a> {
+    scene: &'a Scene,
+    settings: &'a Settings,
+    integrator: Integrator,
+    film: Film,
+    passes: u32,
+    samples: u64,
+    rays: AtomicU64,
+    rejected: Mutex<BTreeMap<(u32, u32), u64>>,
+}
+
+impl<'a> Renderer<'a> {
+    /// A render of `scene` without a sample yet.
+    ///
+    /// # Panics
+    /// If the crop does not fit the camera's sensor, or the sensor has too little padding for the filter.
+    pub fn new(scene: &'a Scene, settings: &'a Settings) -> Self {
+        let sensor = scene.camera.sensor();
+        let mut integrator = Integrator::new(settings.integrator, sensor, settings.max_depth, settings.roulette);
+        if let Some((strategy, weighting)) = settings.only {
+            integrator = integrator.only(strategy, weighting);
+        }
+        Self::with_integrator(scene, settings, integrator)
+    }
+
+    /// The same with an integrator of one's own in place of the settings'.
+    ///
+    /// # Panics
+    /// As [`Renderer::new`].
+    pub fn with_integrator(scene: &'a Scene, settings: &'a Settings, integrator: Integrator) -> Self {
+        let scale = FixedPoint::for_radiance(f64::from(scene.lights().peak_radiance()));
+        let film = Film::new(scene.camera.sensor(), settings.crop, settings.filter, scale);
+        Self {
+            scene,
+            settings,
+            integrator,
+            film,
+            passes: 0,
+            samples: 0,
+            rays: AtomicU64::new(0),
+            rejected: Mutex::default(),
+        }
+    }
+
+    /// Adds one sample per pixel, on the current rayon pool. The sums do not depend on the pool.
+    pub fn pass(&mut self) {
+        self.pass_where(&|_| true);
+    }
+
+    /// The same with only those paths deposited for which `keep` holds: a predicate on paths makes an image of its own.
+    pub fn pass_where<K: Fn(&JoinedPath) -> bool + Sync>(&mut self, keep: &K) {
+        let padded = PaddedImage(self.scene.camera.sensor());
+        let pass = self.passes;
+        let samples: u64 = padded
+            .tiles()
+            .into_par_iter()
+            .map_init(
+                || self.integrator.scratch(),
+                |scratch, tile| {
+                    let mut sink = FilmSink { renderer: self, half: Half::of_pass(pass), rays: 0, keep };
+                    let samples = padded.tile(tile).map(|pixel| self.sample(pixel, pass, scratch, &mut sink)).sum::<u64>();
+                    self.rays.fetch_add(sink.rays, Relaxed);
+                    samples
+                },
+            )
+            .sum();
+        self.samples += samples;
+        self.passes += 1;
+    }
+
+    /// One sample of one pixel of the padded image. Returns the number of samples that this counts as.
+    fn sample(&self, pixel: Pixel, pass: u32, scratch: &mut Scratch, sink: &mut impl Sink) -> u64 {
+        let sampler = |stream| Independent::new(self.settings.seed, pixel.key(), pass, stream);
+        let mut camera = sampler(Stream::Camera);
+        let place = Vec2::new(pixel.x as f32, pixel.y as f32) + camera.next_2d();
+        let sensor = self.scene.camera.sensor();
+        let unit = Unit {
+            camera: self.serves_crop(pixel).then_some(Raster(place)),
+            splats: if pixel.is_inside(sensor) { Splats::Yes } else { Splats::No },
+        };
+        let samplers = Samplers {
+            camera: &mut camera,
+            light: &mut sampler(Stream::Light),
+            connection: &mut sampler(Stream::Connection),
+        };
+        self.integrator.estimate(self.scene, unit, scratch, samplers, sink);
+        u64::from(unit.camera.is_some())
+    }
+
+    /// Whether a camera sample in `pixel` can reach the crop through the filter.
+    fn serves_crop(&self, pixel: Pixel) -> bool {
+        let reach = self.settings.filter.padding() as i32;
+        let Crop { x0, y0, x1, y1 } = self.settings.crop;
+        (x0 as i32 - reach..x1 as i32 + reach).contains(&pixel.x)
+            && (y0 as i32 - reach..y1 as i32 + reach).contains(&pixel.y)
+    }
+
+    /// Samples per pixel so far.
+    pub fn passes(&self) -> u32 {
+        self.passes
+    }
+
+    /// The film with the sums so far.
+    pub fn film(&self) -> &Film {
+        &self.film
+    }
+
+    /// What was done so far.
+    pub fn statistics(&self) -> Statistics {
+        let rejected = self.rejected.lock().unwrap_or_else(|e| e.into_inner()).clone();
+        Statistics { samples: self.samples, rays: self.rays.load(Relaxed), rejected }
+    }
+}
+
+/// The pixels of the image and of the padding around it.
+#[derive(Clone, Copy)]
+struct PaddedImage(Sensor);
+
+/// A pixel of the padded image.
+#[derive(Clone, Copy)]
+struct Pixel {
+    x: i32,
+    y: i32,
+}
+
+impl PaddedImage {
+    /// Side of the square that one task renders: long enough to hide the cost of a task, short enough to balance threads.
+    const TILE: u32 = 16;
+
+    fn tiles(self) -> std::ops::Range<u32> {
+        0..self.columns() * self.height().div_ceil(Self::TILE)
+    }
+
+    fn columns(self) -> u32 {
+        self.width().div_ceil(Self::TILE)
+    }
+
+    fn width(self) -> u32 {
+        self.0.width + 2 * self.0.padding
+    }
+
+    fn height(self) -> u32 {
+        self.0.height + 2 * self.0.padding
+    }
+
+    fn tile(self, tile: u32) -> impl Iterator<Item = Pixel> {
+        let (x0, y0) = (tile % self.columns() * Self::TILE, tile / self.columns() * Self::TILE);
+        let (x1, y1) = ((x0 + Self::TILE).min(self.width()), (y0 + Self::TILE).min(self.height()));
+        let padding = self.0.padding as i32;
+        (y0..y1).flat_map(move |y| (x0..x1).map(move |x| Pixel { x: x as i32 - padding, y: y as i32 - padding }))
+    }
+}
+
+impl Pixel {
+    /// A number that names the pixel whatever the image's size and padding.
+    fn key(self) -> u32 {
+        // Padding is a few pixels; sizes are below 2¹⁶ less this offset.
+        let offset = |x: i32| (x + 16) as u32 & 0xffff;
+        offset(self.y) << 16 | offset(self.x)
+    }
+
+    fn is_inside(self, sensor: Sensor) -> bool {
+        (0..sensor.width as i32).contains(&self.x) && (0..sensor.height as i32).contains(&self.y)
+    }
+}
+
+/// Brings the paths of one task to the film.
+struct FilmSink<'a, K> {
+    renderer: &'a Renderer<'a>,
+    half: Half,
+    rays: u64,
+    keep: &'a K,
+}
+
+impl<K: Fn(&JoinedPath) -> bool> Sink for FilmSink<'_, K> {
+    #[inline]
+    fn deposit(&mut self, path: &JoinedPath, value: Rgb) {
+        if !(self.keep)(path) {
+            return;
+        }
+        let value = match self.renderer.settings.clamp {
+            Some(most) => value.min(Rgb::splat(most)),
+            None => value,
+        };
+        self.renderer.film.deposit(path.raster(), value, self.half);
+    }
+
+    #[cold]
+    fn reject(&mut self, path: &JoinedPath, _value: Rgb) {
+        let Strategy { s, t } = path.strategy();
+        *self.renderer.rejected.lock().unwrap_or_else(|e| e.into_inner()).entry((s, t)).or_default() += 1;
+    }
+
+    #[inline]
+    fn shadow_ray(&mut self) {
+        self.rays += 1;
+    }
+
+    #[inline]
+    fn walked(&mut self, rays: usize) {
+        self.rays += rays as u64;
+    }
 }

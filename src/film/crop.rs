@@ -1,7 +1,19 @@
 //! The part of the image that is rendered.
 
-pub use crate::render::Crop;
 use crate::scene::camera::Sensor;
+
+/// Pixels x0 ≤ x < x1, y0 ≤ y < y1 of the full image.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Crop {
+    /// First column.
+    pub x0: u32,
+    /// First row.
+    pub y0: u32,
+    /// Column after the last.
+    pub x1: u32,
+    /// Row after the last.
+    pub y1: u32,
+}
 
 impl Crop {
     /// The whole image.

@@ -155,6 +155,23 @@ impl<'a> JoinedPath<'a> {
         Path::new(self.scene, (0..=self.edges()).map(|i| self.vertex(i)).collect())
     }
 
+    /// The camera prefix p_0 … p_{t−1}.
+    pub fn camera(&self) -> &'a [Step] {
+        self.camera
+    }
+
+    /// The path with another camera prefix of the same length joined to the same light prefix: for oracles that plant mistakes.
+    pub fn with_camera<'b>(&self, camera: &'b [Step]) -> Option<JoinedPath<'b>>
+    where
+        'a: 'b,
+    {
+        if self.light.is_empty() {
+            JoinedPath::hit(self.scene, camera, self.raster)
+        } else {
+            JoinedPath::connect(self.scene, camera, self.light, self.joint.next_event_ratio, self.raster)
+        }
+    }
+
     #[inline]
     fn is_at_joint(&self, i: u32) -> bool {
         let t = self.camera.len() as u32;

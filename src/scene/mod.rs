@@ -12,8 +12,8 @@ use glam::{Vec2, Vec3};
 
 use self::{
     bsdf::Bsdf,
-    camera::Camera,
-    geometry::{Geometry, PrimitiveId, Ray, offset_origin},
+    camera::{Camera, Raster},
+    geometry::{Geometry, PrimitiveId, Ray},
     light::{Light, LightId, Lights},
     material::{Material, MaterialId},
     point::{Place, Point},
@@ -139,6 +139,21 @@ impl Scene {
     /// The material `id`.
     pub fn material(&self, id: MaterialId) -> &Material {
         &self.materials[id.0 as usize]
+    }
+
+    /// The part of the image, in [0, 1], in which the camera's first surface has delta lobes: what light tracing cannot
+    /// connect to the lens. Estimated with one ray for each cell of a 64 × 64 grid.
+    pub fn seen_specular_fraction(&self) -> f32 {
+        const SIDE: u32 = 64;
+        let sensor = self.camera.sensor();
+        let size = Vec2::new(sensor.width as f32, sensor.height as f32);
+        let lens = self.camera.lens_point();
+        let specular = (0..SIDE * SIDE).filter(|i| {
+            let cell = Vec2::new((i % SIDE) as f32 + 0.5, (i / SIDE) as f32 + 0.5) / SIDE as f32;
+            let seen = self.trace(&lens, self.camera.direction(Raster(cell * size)));
+            seen.is_some_and(|p| p.bsdf.delta_count() > 0)
+        });
+        specular.count() as f32 / (SIDE * SIDE) as f32
     }
 
     /// The density of the camera's first direction over the padded film, 1/sr; see [`Camera::pdf`].

@@ -1,0 +1,197 @@
+//! The safeguard of the core: for every path that any strategy of any integrator finds, the fast form's contribution is F/p
+//! and its weight is the definition's.
+
+use std::sync::Mutex;
+
+use glam::{DVec3, Vec3};
+use pathspace::{
+    integrator::{Integrator, IntegratorKind},
+    path::{Heuristic, JoinedPath, Path, Roulette, Step, Strategy, Techniques, Vertex},
+    render::{Renderer, Settings},
+    sampling::{Filter, PdfArea},
+    scene::{Scene, bsdf::Lobe, point::Place},
+};
+
+use crate::scenes;
+
+/// What both faces of the core say of one path.
+#[derive(Clone, Copy, Debug)]
+struct Claim {
+    contribution: DVec3,
+    weight: f64,
+}
+
+fn fast(path: &JoinedPath, table: &Techniques) -> Claim {
+    Claim {
+        contribution: path.contribution().as_dvec3() * f64::from(path.survival()),
+        weight: f64::from(path.mis_weight(table, Heuristic::Power)),
+    }
+}
+
+fn defined(path: &Path, strategy: Strategy, table: &Techniques) -> Claim {
+    Claim {
+        contribution: path.contribution() / path.pdf(strategy),
+        weight: path.mis_weight(strategy, table, Heuristic::Power),
+    }
+}
+
+/// By how much f32 may be off on this path: what moving its vertices and turning its normals by a few roundings changes in the
+/// *definition*. Short edges, grazing angles and narrow lobes earn their tolerance this way, and nothing else does.
+fn condition(scene: &Scene, path: &Path, strategy: Strategy, table: &Techniques) -> Claim {
+    let exact = defined(path, strategy, table);
+    let mut worst = Claim { contribution: DVec3::ZERO, weight: 0.0 };
+    for k in 0..6_usize {
+        let vertices = path.vertices().iter().enumerate().map(|(i, v)| perturbed(v, 7 * i + 5 * k)).collect();
+        let near = defined(&Path::new(scene, vertices), strategy, table);
+        // A perturbation that turns a face away says nothing about rounding short of that.
+        if near.contribution.is_finite() && near.weight.is_finite() {
+            worst.contribution = worst.contribution.max((near.contribution - exact.contribution).abs());
+            worst.weight = worst.weight.max((near.weight - exact.weight).abs());
+        }
+    }
+    worst
+}
+
+fn perturbed(v: &Vertex, k: usize) -> Vertex {
+    let sign = |bit: usize| if (k >> bit) & 1 == 0 { 1.0_f32 } else { -1.0 };
+    let shift = Vec3::new(sign(0), sign(1), sign(2)) * if k % 3 == 0 { 1.0 } else { 0.6 };
+    let scale = 4.0 * f32::EPSILON;
+    let mut v = *v;
+    let p = &mut v.point;
+    match p.place {
+        Place::Surface | Place::Degenerate => p.position += shift * scale * p.position.abs().max(Vec3::splat(0.1)),
+        Place::Infinite => p.position = (p.position + shift * scale).normalize(),
+    }
+    if p.place == Place::Surface {
+        p.shading_normal = (p.shading_normal + shift * scale).normalize();
+    }
+    v
+}
+
+/// The complaint about one path, if the two faces disagree on it by more than its condition explains.
+fn disagreement(scene: &Scene, path: &JoinedPath, found: Claim, table: &Techniques) -> Option<String> {
+    let strategy = path.strategy();
+    let explicit = path.to_path();
+    let expected = defined(&explicit, strategy, table);
+    let slack = condition(scene, &explicit, strategy, table);
+    let largest = expected.contribution.max_element();
+    let off = (found.contribution - expected.contribution).abs();
+    let allowed = 12.0 * slack.contribution + 2e-4 * largest;
+    let weight_off = (found.weight - expected.weight).abs();
+    let weight_allowed = 12.0 * slack.weight + 2e-4;
+    let agrees = off.cmple(allowed).all() && weight_off <= weight_allowed;
+    (!agrees).then(|| {
+        format!(
+            "{strategy} {}: fast {found:?}, definition {expected:?}; off by {off:.3e} of {allowed:.3e} and {weight_off:.3e} of {weight_allowed:.3e}",
+            explicit.class()
+        )
+    })
+}
+
+/// Checks every path of a small render; returns how many there were and the complaints.
+fn check(scene: &Scene, kind: IntegratorKind, roulette: Roulette, passes: u32) -> (u64, Vec<String>) {
+    let settings = Settings { max_depth: 7, roulette, seed: 11, ..Settings::new(scene.camera.sensor()) };
+    let integrator = Integrator::new(kind, scene.camera.sensor(), settings.max_depth, roulette);
+    let table = integrator.techniques().clone();
+    let seen = Mutex::new((0_u64, Vec::new()));
+    let mut renderer = Renderer::with_integrator(scene, &settings, integrator);
+    for _ in 0..passes {
+        renderer.pass_where(&|path| {
+            let complaint = disagreement(scene, path, fast(path, &table), &table);
+            let mut seen = seen.lock().unwrap();
+            seen.0 += 1;
+            seen.1.extend(complaint);
+            true
+        });
+    }
+    assert!(renderer.statistics().rejected.is_empty(), "{:?}", renderer.statistics().rejected);
+    seen.into_inner().unwrap()
+}
+
+fn assert_identity(name: &str, scene: &Scene, passes: u32) {
+    for kind in IntegratorKind::ALL {
+        for roulette in [Roulette::Off, Roulette::FromDepth(2)] {
+            let (paths, complaints) = check(scene, kind, roulette, passes);
+            println!("{name} {kind} {roulette:?}: {paths} paths, {} disagree", complaints.len());
+            assert!(paths > 500, "{name} {kind}: only {paths} paths were checked");
+            assert!(complaints.is_empty(), "{name} {kind}: {} of {paths}, such as\n{}", complaints.len(), complaints[0]);
+        }
+    }
+}
+
+#[test]
+fn of_every_path_in_the_committed_scenes() {
+    for name in scenes::FILES {
+        assert_identity(name, &scenes::load(name, scenes::square(24, Filter::Box)), 2);
+    }
+}
+
+#[test]
+fn of_every_path_among_all_materials_and_lights() {
+    // The wide filter pads the film, so that N_c and N_l differ.
+    assert_identity("zoo", &scenes::zoo(scenes::square(40, Filter::BlackmanHarris)), 3);
+    assert_identity("open zoo", &scenes::open_zoo(scenes::square(32, Filter::BlackmanHarris)), 2);
+}
+
+/// A mistake planted into the fast form's numbers.
+#[derive(Clone, Copy, Debug)]
+enum Mistake {
+    /// A prefix product that forgets one cosine.
+    Prefix,
+    /// A reverse density left in solid angle.
+    Reverse,
+    /// A refraction's reverse density without its Jacobian dω_B/dω_A.
+    Jacobian,
+}
+
+impl Mistake {
+    /// The camera prefix with the mistake in it, or `None` where it has no place.
+    fn plant(self, camera: &[Step]) -> Option<Vec<Step>> {
+        let mut steps = camera.to_vec();
+        match self {
+            Self::Prefix => {
+                let last = steps.last_mut()?;
+                last.beta /= last.back.cos_b;
+            }
+            Self::Reverse => {
+                // The last two are the joint's business.
+                let i = steps.len().checked_sub(3).filter(|i| *i >= 1)?;
+                let back = steps[i + 1].back;
+                steps[i].pdf_rev = PdfArea(steps[i].pdf_rev.0 * back.distance_squared / back.cos_b);
+            }
+            Self::Jacobian => {
+                let i = (1..steps.len() - 1).find(|i| steps[*i].vertex.lobe == Lobe::Delta(1))?;
+                let (to_camera, to_light) = (steps[i].back.direction, -steps[i + 1].back.direction);
+                let n = steps[i].vertex.point.shading_normal;
+                let eta = steps[i].vertex.relative_ior(to_camera, to_light);
+                let jacobian = n.dot(to_camera).abs() / (eta * eta * n.dot(to_light).abs());
+                steps[i - 1].pdf_rev = PdfArea(steps[i - 1].pdf_rev.0 / jacobian);
+            }
+        }
+        Some(steps)
+    }
+}
+
+#[test]
+fn turns_red_for_each_planted_mistake() {
+    let scene = scenes::zoo(scenes::square(32, Filter::Box));
+    let settings = Settings { max_depth: 6, seed: 3, ..Settings::new(scene.camera.sensor()) };
+    for mistake in [Mistake::Prefix, Mistake::Reverse, Mistake::Jacobian] {
+        let integrator = Integrator::new(IntegratorKind::Bdpt, scene.camera.sensor(), 6, Roulette::Off);
+        let table = integrator.techniques().clone();
+        let counts = Mutex::new((0, 0));
+        let mut renderer = Renderer::with_integrator(&scene, &settings, integrator);
+        renderer.pass_where(&|path| {
+            let Some(steps) = mistake.plant(path.camera()) else { return true };
+            let Some(wrong) = path.with_camera(&steps) else { return true };
+            let complaint = disagreement(&scene, &wrong, fast(&wrong, &table), &table);
+            let mut counts = counts.lock().unwrap();
+            counts.0 += 1;
+            counts.1 += u32::from(complaint.is_some());
+            true
+        });
+        let (tried, caught) = counts.into_inner().unwrap();
+        println!("{mistake:?}: {caught} of {tried} paths are found wrong");
+        assert!(tried > 50 && caught * 20 > tried, "{mistake:?}: {caught} of {tried}");
+    }
+}

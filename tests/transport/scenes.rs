@@ -1,0 +1,142 @@
+//! The scenes that the tests render: those of `scenes/`, and small ones built here.
+
+use std::path::Path;
+
+use glam::Vec3;
+use pathspace::{
+    io,
+    math::Rgb,
+    sampling::Filter,
+    scene::{
+        Scene,
+        bsdf::{Bsdf, Dielectric, MetallicRoughness},
+        camera::{Camera, Sensor},
+        geometry::Geometry,
+        light::Light,
+        material::{EmissionSides, Material, MaterialId},
+    },
+};
+
+/// The committed scenes.
+pub const FILES: [&str; 6] = ["cornell-box", "cornell-spheres", "veach-room", "caustic-ring", "caustic-sphere", "furnace"];
+
+/// A square sensor with the padding of `filter`.
+pub fn square(side: u32, filter: Filter) -> Sensor {
+    Sensor { width: side, height: side, padding: filter.padding() }
+}
+
+/// A scene of `scenes/` with its first camera, looked at through `sensor`.
+pub fn load(name: &str, sensor: Sensor) -> Scene {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes").join(name).with_extension("glb");
+    load_file(&path, sensor)
+}
+
+/// Any glTF file with its first camera.
+pub fn load_file(path: &Path, sensor: Sensor) -> Scene {
+    let loaded = io::load(path).unwrap_or_else(|e| panic!("{e}"));
+    let c = &loaded.cameras[0];
+    let camera = Camera::look_at(c.position, c.position + c.forward, c.up, c.yfov, sensor);
+    Scene::new(loaded.geometry, loaded.materials, &[], camera)
+}
+
+/// Two triangles a, b, c and a, c, d; front where they are counter-clockwise.
+pub fn quad(geometry: &mut Geometry, corners: [Vec3; 4], material: u32) {
+    geometry.add_triangles(&corners, None, &[[0, 1, 2], [0, 2, 3]], MaterialId(material));
+}
+
+/// The inside of the cube [−1, 1]³ (its fronts face inwards), each side with the material of the same place in `materials`:
+/// −x, +x, −y, +y, −z, +z.
+pub fn cube_inside(geometry: &mut Geometry, materials: [u32; 6]) {
+    let v = |x: f32, y: f32, z: f32| Vec3::new(x, y, z);
+    let sides = [
+        [v(-1., -1., -1.), v(-1., 1., -1.), v(-1., 1., 1.), v(-1., -1., 1.)],
+        [v(1., -1., -1.), v(1., -1., 1.), v(1., 1., 1.), v(1., 1., -1.)],
+        [v(-1., -1., -1.), v(-1., -1., 1.), v(1., -1., 1.), v(1., -1., -1.)],
+        [v(-1., 1., -1.), v(1., 1., -1.), v(1., 1., 1.), v(-1., 1., 1.)],
+        [v(-1., -1., -1.), v(1., -1., -1.), v(1., 1., -1.), v(-1., 1., -1.)],
+        [v(-1., -1., 1.), v(-1., 1., 1.), v(1., 1., 1.), v(1., -1., 1.)],
+    ];
+    for (corners, material) in sides.into_iter().zip(materials) {
+        quad(geometry, corners, material);
+    }
+}
+
+/// A small room with one of every material, every light that a scene can hold, smooth normals and an absorbing volume:
+/// not pretty, but every term of the core differs from 1 in it.
+pub fn zoo(sensor: Sensor) -> Scene {
+    let glossy = |base, metallic, roughness: f32| {
+        Bsdf::MetallicRoughness(MetallicRoughness {
+            base_color: base,
+            metallic,
+            alpha: roughness * roughness,
+            dielectric_f0: Rgb::splat(0.04),
+            dielectric_f90: 1.0,
+        })
+    };
+    let rough_glass = Bsdf::Dielectric(Dielectric { color: Rgb::new(0.9, 1.0, 0.8), ior: 1.4, alpha: 0.2, transmission: 1.0 });
+    let mut glass = Material::glass("tinted glass", 1.5);
+    glass.absorption = Rgb::new(0.2, 0.9, 2.0);
+    let mut lamp = Material::diffuse("lamp", Rgb::splat(0.3)).emitting(Rgb::new(9.0, 7.0, 4.0));
+    lamp.emission_sides = EmissionSides::Both;
+    let materials = vec![
+        Material::diffuse("white", Rgb::new(0.7, 0.72, 0.68)),
+        Material::new("plastic", glossy(Rgb::new(0.6, 0.1, 0.1), 0.0, 0.5)),
+        Material::new("brass", glossy(Rgb::new(0.9, 0.7, 0.3), 1.0, 0.4)),
+        Material::new("varnish", glossy(Rgb::new(0.2, 0.3, 0.7), 0.0, 0.0)),
+        Material::mirror("mirror", Rgb::splat(0.9)),
+        glass,
+        Material::new("frosted glass", rough_glass),
+        Material::pane("pane", 1.5),
+        lamp,
+    ];
+    let mut g = Geometry::default();
+    cube_inside(&mut g, [1, 2, 0, 0, 3, 0]);
+    let v = Vec3::new;
+    // A pyramid with smooth normals: N_s and N_g differ everywhere on it.
+    let positions = [v(-0.9, -1.0, -0.9), v(-0.1, -1.0, -0.9), v(-0.1, -1.0, -0.1), v(-0.9, -1.0, -0.1), v(-0.5, -0.4, -0.5)];
+    let normals = positions.map(|p| (p - v(-0.5, -0.9, -0.5)).normalize());
+    g.add_triangles(&positions, Some(&normals), &[[0, 4, 1], [1, 4, 2], [2, 4, 3], [3, 4, 0]], MaterialId(2));
+    g.add_sphere(v(0.45, -0.65, -0.4), 0.3, MaterialId(5));
+    g.add_sphere(v(-0.5, 0.2, -0.5), 0.25, MaterialId(6));
+    g.add_sphere(v(0.55, 0.1, -0.6), 0.25, MaterialId(4));
+    quad(&mut g, [v(-0.3, -0.9, 0.2), v(0.3, -0.9, 0.1), v(0.3, -0.3, 0.1), v(-0.3, -0.3, 0.2)], 7);
+    quad(&mut g, [v(-0.3, 0.8, -0.3), v(0.3, 0.8, -0.3), v(0.3, 0.85, 0.3), v(-0.3, 0.85, 0.3)], 8);
+    g.add_sphere(v(0.7, -0.8, 0.3), 0.1, MaterialId(8));
+    let others = [
+        Light::Point { position: v(-0.6, 0.6, 0.6), intensity: Rgb::new(0.5, 0.6, 0.9) },
+        Light::Directional { towards: v(0.3, 0.8, 0.4).normalize(), irradiance: Rgb::splat(2.0) },
+        Light::Environment { radiance: Rgb::new(0.3, 0.4, 0.5) },
+    ];
+    let camera = Camera::look_at(v(0.1, 0.1, 0.95), v(0.0, -0.1, -1.0), Vec3::Y, 1.4, sensor);
+    Scene::new(g, materials, &others, camera)
+}
+
+/// The pyramid, the spheres and the lights of [`zoo`] without its walls: rays leave the scene.
+pub fn open_zoo(sensor: Sensor) -> Scene {
+    let materials = vec![
+        Material::diffuse("ground", Rgb::new(0.5, 0.45, 0.4)),
+        Material::glass("glass", 1.5),
+        Material::diffuse("lamp", Rgb::ZERO).emitting(Rgb::new(20.0, 15.0, 9.0)),
+    ];
+    let mut g = Geometry::default();
+    let v = Vec3::new;
+    quad(&mut g, [v(-2., 0., -2.), v(-2., 0., 2.), v(2., 0., 2.), v(2., 0., -2.)], 0);
+    g.add_sphere(v(0.0, 0.6, 0.0), 0.5, MaterialId(1));
+    quad(&mut g, [v(0.8, 1.5, -0.2), v(1.2, 1.5, -0.2), v(1.2, 1.5, 0.2), v(0.8, 1.5, 0.2)], 2);
+    let others = [
+        Light::Point { position: v(-1.0, 1.2, 0.6), intensity: Rgb::new(1.5, 1.6, 2.0) },
+        Light::Directional { towards: v(0.3, 0.8, 0.4).normalize(), irradiance: Rgb::splat(1.0) },
+        Light::Environment { radiance: Rgb::new(0.3, 0.4, 0.5) },
+    ];
+    let camera = Camera::look_at(v(0.0, 1.4, 3.0), v(0.0, 0.4, 0.0), Vec3::Y, 0.9, sensor);
+    Scene::new(g, materials, &others, camera)
+}
+
+/// A closed cube whose walls all have this albedo and emit this radiance, seen from inside: L = L_e Σ a^k everywhere.
+pub fn furnace(albedo: f32, radiance: f32, sensor: Sensor) -> Scene {
+    let mut g = Geometry::default();
+    cube_inside(&mut g, [0; 6]);
+    let wall = Material::diffuse("wall", Rgb::splat(albedo)).emitting(Rgb::splat(radiance));
+    let camera = Camera::look_at(Vec3::new(0.2, -0.1, 0.7), Vec3::new(-0.3, 0.2, -1.0), Vec3::Y, 1.2, sensor);
+    Scene::new(g, vec![wall], &[], camera)
+}

@@ -1,0 +1,129 @@
+//! Tests of equal means: Welch's t over tiles and over the whole image, with Šidák's correction for their number.
+//! Variances come from independent replicates (renders with seeds of their own), never from the spread inside a tile.
+
+use std::fmt;
+
+use pathspace::film::Image;
+use statrs::distribution::{ContinuousCDF, StudentsT};
+
+/// Tiles along a side of the image.
+const TILES: usize = 4;
+/// The probability that agreeing integrators fail one comparison.
+const SIGNIFICANCE: f64 = 1e-4;
+
+/// Means of regions of an image (first the whole, then its tiles), three channels each.
+pub type Regions = Vec<f64>;
+
+/// The mean of every region and channel.
+pub fn regions(image: &Image) -> Regions {
+    let (w, h) = (image.width as usize, image.height as usize);
+    let mut sums = vec![0.0_f64; 3 * (1 + TILES * TILES)];
+    for (i, pixel) in image.pixels.iter().enumerate() {
+        let tile = 1 + (i / w * TILES / h) * TILES + i % w * TILES / w;
+        for (c, v) in pixel.to_array().into_iter().enumerate() {
+            sums[c] += f64::from(v) / (w * h) as f64;
+            sums[3 * tile + c] += f64::from(v) * (TILES * TILES) as f64 / (w * h) as f64;
+        }
+    }
+    sums
+}
+
+/// Mean and squared standard error of the mean, region by region, from independent replicates.
+#[derive(Clone, Debug)]
+pub struct Estimate {
+    mean: Vec<f64>,
+    /// Squared standard errors of `mean`.
+    error2: Vec<f64>,
+    replicates: f64,
+}
+
+impl Estimate {
+    /// # Panics
+    /// With fewer than two replicates.
+    pub fn new(replicates: &[Regions]) -> Self {
+        assert!(replicates.len() >= 2);
+        let n = replicates.len() as f64;
+        let of = |f: &dyn Fn(usize) -> f64| (0..replicates[0].len()).map(f).collect::<Vec<_>>();
+        let mean = of(&|i| replicates.iter().map(|r| r[i]).sum::<f64>() / n);
+        let error2 = of(&|i| replicates.iter().map(|r| (r[i] - mean[i]).powi(2)).sum::<f64>() / (n - 1.0) / n);
+        Self { mean, error2, replicates: n }
+    }
+
+    /// The estimate as a renderer would give it that is too bright by the factor `1 + bias`.
+    pub fn biased(&self, bias: f64) -> Self {
+        let mean = self.mean.iter().map(|m| m * (1.0 + bias)).collect();
+        Self { mean, ..self.clone() }
+    }
+
+    /// The mean of the whole image, averaged over channels.
+    pub fn image_mean(&self) -> f64 {
+        self.mean[..3].iter().sum::<f64>() / 3.0
+    }
+}
+
+/// The outcome of a comparison.
+#[derive(Clone, Debug)]
+pub struct Comparison {
+    /// The smallest p-value of all regions and channels, after Šidák's correction.
+    pub p: f64,
+    /// The region and channel that it belongs to.
+    pub worst: usize,
+    /// The smallest relative bias of the whole image that this comparison would call significant.
+    pub visible_bias: f64,
+}
+
+impl Comparison {
+    /// Compares region by region.
+    pub fn new(a: &Estimate, b: &Estimate) -> Self {
+        let tests: Vec<_> = (0..a.mean.len()).filter_map(|i| welch(a, b, i).map(|p| (i, p))).collect();
+        let (worst, smallest) = tests.iter().copied().min_by(|x, y| x.1.total_cmp(&y.1)).unwrap_or((0, 1.0));
+        let count = tests.len().max(1) as f64;
+        // 1 − (1 − p)^n without losing small p.
+        let p = -(count * (-smallest).ln_1p()).exp_m1();
+        let single = -((-SIGNIFICANCE).ln_1p() / count).exp_m1();
+        let visible = |c: usize| {
+            let t = StudentsT::new(0.0, 1.0, freedom(a, b, c)).unwrap().inverse_cdf(1.0 - 0.5 * single);
+            t * (a.error2[c] + b.error2[c]).sqrt() / (0.5 * (a.mean[c] + b.mean[c]))
+        };
+        let visible_bias = (0..3).filter(|c| a.error2[*c] + b.error2[*c] > 0.0).map(visible).fold(0.0, f64::max);
+        Self { p, worst, visible_bias }
+    }
+
+    /// Whether the two estimates differ by more than chance allows.
+    pub fn differs(&self) -> bool {
+        self.p < SIGNIFICANCE
+    }
+}
+
+impl fmt::Display for Comparison {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let (region, channel) = (self.worst / 3, ["R", "G", "B"][self.worst % 3]);
+        write!(f, "p = {:.2e} (", self.p)?;
+        match region {
+            0 => write!(f, "image")?,
+            tile => write!(f, "tile {},{}", (tile - 1) % TILES, (tile - 1) / TILES)?,
+        }
+        write!(f, ", {channel}); smallest visible bias {:.2} %", 100.0 * self.visible_bias)
+    }
+}
+
+fn freedom(a: &Estimate, b: &Estimate, i: usize) -> f64 {
+    let (x, y) = (a.error2[i], b.error2[i]);
+    (x + y).powi(2) / (x * x / (a.replicates - 1.0) + y * y / (b.replicates - 1.0))
+}
+
+/// The two-sided p-value of equal means in region `i`; `None` where both are exactly constant and equal.
+fn welch(a: &Estimate, b: &Estimate, i: usize) -> Option<f64> {
+    let error2 = a.error2[i] + b.error2[i];
+    let difference = a.mean[i] - b.mean[i];
+    // Rounding in the sums is no evidence.
+    let rounding = 1e-6 * a.mean[i].abs().max(b.mean[i].abs());
+    if difference.abs() <= rounding {
+        return (error2 > 0.0).then_some(1.0);
+    }
+    if error2 == 0.0 {
+        return Some(0.0);
+    }
+    let t = difference / error2.sqrt();
+    Some(2.0 * StudentsT::new(0.0, 1.0, freedom(a, b, i)).unwrap().cdf(-t.abs()))
+}
