@@ -1,0 +1,229 @@
+//! From primitives to the tree. obvhs finds the tree's shape (parallel locally-ordered clustering and reinsertion);
+//! boxes, leaves and the bound on the depth are ours.
+
+use std::{collections::HashMap, ops::Range, time::Duration};
+
+use glam::DVec3;
+use obvhs::{
+    BvhBuildParams,
+    aabb::Aabb,
+    bvh2::{Bvh2, builder::build_bvh2},
+};
+
+use super::{
+    Bounds,
+    bvh::{Child, LeafPrimitive, MAX_DEPTH, Node, Shape, Tree},
+    ray::BoxPair,
+};
+
+/// The most primitives in a leaf.
+const MAX_LEAF: usize = 8;
+
+/// A node test costs about this many triangle tests; measured.
+const TRAVERSAL_COST: f32 = 3.0;
+
+/// Builds the tree over any number of primitives.
+pub(super) fn build(mut primitives: Vec<LeafPrimitive>) -> Tree {
+    primitives.retain(|p| match p.shape {
+        Shape::Triangle(t) => !t.is_degenerate(),
+        Shape::Sphere(s) => s.radius > 0.0,
+    });
+    drop_copies(&mut primitives);
+    let groups = group(&primitives);
+    let shape = (groups.len() > 1).then(|| cluster(&groups));
+    let draft = Draft::new(&primitives, &groups, shape);
+    draft.emit()
+}
+
+/// Keeps of each set of identical triangles the three with the smallest ids: a ray skips at most two, and of the
+/// others the smallest id is hit, so further copies can never matter.
+fn drop_copies(primitives: &mut Vec<LeafPrimitive>) {
+    let mut seen = HashMap::<_, u8>::new();
+    primitives.sort_by_key(|p| p.id);
+    primitives.retain(|p| match &p.shape {
+        Shape::Triangle(t) => {
+            let copies = seen.entry(t.0.map(|c| c.map(f32::to_bits))).or_default();
+            *copies = copies.saturating_add(1);
+            *copies <= 3
+        }
+        Shape::Sphere(_) => true,
+    });
+}
+
+/// Primitives with the same box.
+struct Group {
+    aabb: Aabb,
+    members: Vec<u32>,
+}
+
+/// Groups primitives whose boxes are the same, on which obvhs takes quadratic time. The boxes are scaled to the unit
+/// cube, where its areas neither over- nor underflow.
+fn group(primitives: &[LeafPrimitive]) -> Vec<Group> {
+    let Some(all) = bounds(primitives) else { return Vec::new() };
+    let origin = all.min.as_dvec3();
+    let size = (all.max.as_dvec3() - origin).max_element();
+    let scale = if size > 0.0 { 1.0 / size } else { 1.0 };
+    let unit =
+        |p: glam::Vec3| -> glam::Vec3 { ((p.as_dvec3() - origin) * scale).clamp(DVec3::ZERO, DVec3::ONE).as_vec3() };
+    let mut index = HashMap::new();
+    let mut groups = Vec::<Group>::new();
+    for (i, p) in primitives.iter().enumerate() {
+        let b = p.shape.bounds();
+        let (min, max) = (unit(b.min), unit(b.max));
+        let key = [min, max].map(|v| v.to_array().map(f32::to_bits));
+        let slot = *index.entry(key).or_insert_with(|| {
+            groups.push(Group { aabb: Aabb::new(min.into(), max.into()), members: Vec::new() });
+            groups.len() - 1
+        });
+        groups[slot].members.push(i as u32);
+    }
+    groups
+}
+
+fn cluster(groups: &[Group]) -> Bvh2 {
+    let boxes: Vec<Aabb> = groups.iter().map(|g| g.aabb).collect();
+    let parameters = BvhBuildParams {
+        max_prims_per_leaf: MAX_LEAF as u32,
+        collapse_traversal_cost: TRAVERSAL_COST,
+        ..BvhBuildParams::very_slow_build()
+    };
+    build_bvh2(&boxes, parameters, &mut Duration::default())
+}
+
+fn bounds(primitives: &[LeafPrimitive]) -> Option<Bounds> {
+    primitives.iter().map(|p| p.shape.bounds()).reduce(|a, b| a.union(b))
+}
+
+/// The number of levels of a balanced tree over n primitives.
+fn balanced_height(n: usize) -> usize {
+    n.next_power_of_two().trailing_zeros() as usize
+}
+
+/// The tree to be: the primitives in the order of obvhs's leaves, so that every subtree is a range of them.
+struct Draft {
+    primitives: Vec<LeafPrimitive>,
+    shape: Option<Bvh2>,
+    /// Of each node of `shape`: its primitives, and the inner nodes on the longest way down from it.
+    ranges: Vec<Range<usize>>,
+    heights: Vec<usize>,
+}
+
+/// A subtree to be written: a range of primitives and, where it still follows obvhs, its node there.
+struct Subtree {
+    range: Range<usize>,
+    node: Option<usize>,
+}
+
+impl Draft {
+    fn new(primitives: &[LeafPrimitive], groups: &[Group], shape: Option<Bvh2>) -> Self {
+        let mut draft = Self {
+            primitives: Vec::with_capacity(primitives.len()),
+            shape: None,
+            ranges: Vec::new(),
+            heights: Vec::new(),
+        };
+        let members = |g: &Group| g.members.iter().map(|&i| primitives[i as usize]).collect::<Vec<_>>();
+        let Some(bvh) = shape else {
+            draft.primitives.extend(groups.iter().flat_map(members));
+            return draft;
+        };
+        draft.ranges.resize(bvh.nodes.len(), 0..0);
+        draft.heights.resize(bvh.nodes.len(), 0);
+        // Loops, not recursion: obvhs's tree can be as deep as it has leaves.
+        let mut order = Vec::with_capacity(bvh.nodes.len());
+        let mut todo = vec![0];
+        while let Some(i) = todo.pop() {
+            order.push(i);
+            let (node, start) = (&bvh.nodes[i], draft.primitives.len());
+            let first = node.first_index as usize;
+            if node.is_leaf() {
+                for &g in &bvh.primitive_indices[first..first + node.prim_count as usize] {
+                    draft.primitives.extend(members(&groups[g as usize]));
+                }
+                draft.ranges[i] = start..draft.primitives.len();
+            } else {
+                todo.extend([first + 1, first]);
+            }
+        }
+        for &i in order.iter().rev() {
+            let node = &bvh.nodes[i];
+            if node.is_leaf() {
+                draft.heights[i] = balanced_height(draft.ranges[i].len());
+            } else {
+                let (a, b) = (node.first_index as usize, node.first_index as usize + 1);
+                draft.ranges[i] = draft.ranges[a].start..draft.ranges[b].end;
+                draft.heights[i] = 1 + draft.heights[a].max(draft.heights[b]);
+            }
+        }
+        draft.shape = Some(bvh);
+        draft
+    }
+
+    /// The two subtrees below one at the given depth, or `None` if it is a leaf.
+    ///
+    /// Follows obvhs as long as a balanced tree would still fit below, and is balanced from there on: so a tree that
+    /// is deep without need (and only that) is rebuilt where it goes too deep, and no depth exceeds [`MAX_DEPTH`].
+    fn split(&mut self, subtree: &Subtree, depth: usize) -> Option<[Subtree; 2]> {
+        let range = subtree.range.clone();
+        if let (Some(bvh), Some(i)) = (&self.shape, subtree.node) {
+            let node = &bvh.nodes[i];
+            if !node.is_leaf() {
+                let children = [node.first_index as usize, node.first_index as usize + 1];
+                let balanced = children.map(|c| depth + 1 + balanced_height(self.ranges[c].len()));
+                if depth + self.heights[i] <= MAX_DEPTH || balanced.iter().all(|&d| d <= MAX_DEPTH) {
+                    return Some(children.map(|c| Subtree { range: self.ranges[c].clone(), node: Some(c) }));
+                }
+            }
+        }
+        if range.len() <= MAX_LEAF {
+            return None;
+        }
+        let part = &mut self.primitives[range.clone()];
+        let extent = bounds(part).map_or(glam::Vec3::ZERO, |b| b.max - b.min);
+        let axis = extent.max_position();
+        let center = |p: &LeafPrimitive| {
+            let b = p.shape.bounds();
+            0.5 * b.min[axis] + 0.5 * b.max[axis]
+        };
+        part.sort_by(|a, b| center(a).total_cmp(&center(b)));
+        let middle = range.start + range.len().div_ceil(2);
+        Some([range.start..middle, middle..range.end].map(|range| Subtree { range, node: None }))
+    }
+
+    /// Writes the nodes, each before what hangs below it.
+    fn emit(mut self) -> Tree {
+        let mut nodes = Vec::<Node>::new();
+        let mut root = Child::default();
+        let all = Subtree { range: 0..self.primitives.len(), node: self.shape.as_ref().map(|_| 0) };
+        // Each with its depth and the child slot that will refer to it.
+        let mut todo = vec![(all, 0, None)];
+        while let Some((subtree, depth, slot)) = todo.pop() {
+            let child = match self.split(&subtree, depth) {
+                None => Child { first: subtree.range.start as u32, count: subtree.range.len() as u32 },
+                Some(halves) => {
+                    let mut halves = halves.map(|h| (bounds(&self.primitives[h.range.clone()]), h));
+                    halves.sort_by(|(a, _), (b, _)| half_area(b).total_cmp(&half_area(a)));
+                    let [(Some(a), left), (Some(b), right)] = halves else {
+                        unreachable!("obvhs and the median give every child a primitive")
+                    };
+                    let first = nodes.len();
+                    nodes.push(Node { boxes: BoxPair::new(a, b), children: [Child::default(); 2] });
+                    todo.extend([(right, depth + 1, Some((first, 1))), (left, depth + 1, Some((first, 0)))]);
+                    Child { first: first as u32, count: 0 }
+                }
+            };
+            match slot {
+                None => root = child,
+                Some((node, k)) => nodes[node].children[k] = child,
+            }
+        }
+        Tree { nodes, primitives: self.primitives, root }
+    }
+}
+
+fn half_area(b: &Option<Bounds>) -> f32 {
+    b.map_or(0.0, |b| {
+        let e = b.max - b.min;
+        e.x * e.y + e.y * e.z + e.z * e.x
+    })
+}

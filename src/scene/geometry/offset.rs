@@ -1,0 +1,27 @@
+//! Ray origins that have left their surface.
+
+use glam::Vec3;
+
+/// Moves a ray's origin off the surface it lies on, to the side into which `direction` points.
+///
+/// `position` is a point of the surface with rounding error at most `error` in each coordinate, and `normal` its
+/// geometric unit normal ([`super::Surface`]). The error moves a point off its tangent plane by at most
+/// `error`·(|nₓ| + |n_y| + |n_z|); the origin goes that far along the normal, and then one float further in each
+/// coordinate, since the addition rounds too (Pharr, Jakob & Humphreys, *Physically Based Rendering*, 6.8.6). A ray
+/// from there does not meet the surface it leaves, at any scale. Offset both ends of a connection.
+#[inline]
+pub fn offset_origin(position: Vec3, normal: Vec3, error: f32, direction: Vec3) -> Vec3 {
+    let distance = error * normal.abs().element_sum();
+    let offset = normal * distance.copysign(normal.dot(direction));
+    let moved = position + offset;
+    let away = |p: f32, o: f32| {
+        if o > 0.0 {
+            p.next_up()
+        } else if o < 0.0 {
+            p.next_down()
+        } else {
+            p
+        }
+    };
+    Vec3::new(away(moved.x, offset.x), away(moved.y, offset.y), away(moved.z, offset.z))
+}

@@ -1,0 +1,100 @@
+//! Rays, and what is computed once per ray for all its box and triangle tests.
+
+use glam::{Vec3, Vec4, Vec4Swizzles};
+
+use super::Bounds;
+
+/// A half-line or segment: points `origin + t·direction`, 0 < t < `t_max`. The direction need not be of unit length.
+#[derive(Clone, Copy, Debug)]
+pub struct Ray {
+    /// Where it starts.
+    pub origin: Vec3,
+    /// Where it goes.
+    pub direction: Vec3,
+    /// Where it ends, in multiples of `direction`; infinite for a half-line.
+    pub t_max: f32,
+}
+
+/// Boxes are entered a little early and left a little late (Ize 2013, *Robust BVH Ray Traversal*): three roundings of
+/// the box test itself, and about five of the shear in the triangle test that must find its triangle inside.
+const SLACK: f32 = 4.0 * f32::EPSILON;
+
+/// A ray prepared for traversal.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Prepared {
+    pub origin: Vec3,
+    pub direction: Vec3,
+    inverse: Vec3,
+    /// The axes x, y, z of the sheared frame: z is where the direction is largest.
+    pub axes: [usize; 3],
+    /// The shear that turns the direction into +z: x −= shear[0]·z, y −= shear[1]·z.
+    pub shear: [f32; 2],
+}
+
+/// The part of a ray inside a box, in multiples of its direction; empty if `near > far`.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Interval {
+    pub near: f32,
+    pub far: f32,
+}
+
+/// The boxes of two siblings, one vector per axis: (min₀, min₁, max₀, max₁).
+#[derive(Clone, Copy, Debug)]
+pub(super) struct BoxPair {
+    axes: [Vec4; 3],
+}
+
+impl BoxPair {
+    pub fn new(a: Bounds, b: Bounds) -> Self {
+        let axis = |k: usize| Vec4::new(a.min[k], b.min[k], a.max[k], b.max[k]);
+        Self { axes: [axis(0), axis(1), axis(2)] }
+    }
+}
+
+impl Prepared {
+    pub fn new(ray: &Ray) -> Self {
+        let d = ray.direction;
+        let z = d.abs().max_position();
+        let (x, y) = ((z + 1) % 3, (z + 2) % 3);
+        // An inverse that is finite even for ±0 keeps 0·∞ = NaN out of the box test.
+        let inverse = d.to_array().map(|c| if c.abs() < 1e-18 { 1e18_f32.copysign(c) } else { 1.0 / c });
+        Self {
+            origin: ray.origin,
+            direction: d,
+            inverse: Vec3::from_array(inverse),
+            axes: [x, y, z],
+            shear: [d[x] / d[z], d[y] / d[z]],
+        }
+    }
+
+    /// Where the line is inside a box, from t = 0 on. Every operation is monotone, so a box inside another never has
+    /// the longer interval, rounding included.
+    #[inline]
+    pub fn clip(&self, b: Bounds) -> Interval {
+        let (s, t) = ((b.min - self.origin) * self.inverse, (b.max - self.origin) * self.inverse);
+        Interval { near: s.min(t).max_element().max(0.0) * (1.0 - SLACK), far: s.max(t).min_element() * (1.0 + SLACK) }
+    }
+
+    /// [`Self::clip`] for two boxes at once, with the same roundings.
+    #[inline]
+    pub fn clip_pair(&self, b: &BoxPair) -> [Interval; 2] {
+        let planes = |k: usize| (b.axes[k] - Vec4::splat(self.origin[k])) * Vec4::splat(self.inverse[k]);
+        let (x, y, z) = (planes(0), planes(1), planes(2));
+        let (xs, ys, zs) = (x.zwxy(), y.zwxy(), z.zwxy());
+        let near = x.min(xs).max(y.min(ys)).max(z.min(zs)).max(Vec4::ZERO) * (1.0 - SLACK);
+        let far = x.max(xs).min(y.max(ys)).min(z.max(zs)) * (1.0 + SLACK);
+        [Interval { near: near.x, far: far.x }, Interval { near: near.y, far: far.y }]
+    }
+}
+
+impl Interval {
+    /// The nearest t in the interval to `t` (which may be NaN: then the near end).
+    ///
+    /// Hits are pulled into their primitive's own box, so that no box around it can be culled before them: with that,
+    /// what a ray hits does not depend on the tree at all.
+    #[inline]
+    pub fn clamp(self, t: f64) -> f32 {
+        let t = t as f32;
+        if t >= self.near { t.min(self.far) } else { self.near }
+    }
+}

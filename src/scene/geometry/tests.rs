@@ -1,0 +1,397 @@
+use std::{collections::HashMap, time::Instant};
+
+use glam::vec3;
+use rand::{RngExt, SeedableRng, rngs::StdRng};
+
+use super::{bvh::MAX_DEPTH, ray::Prepared, *};
+use crate::math::Frame;
+
+const M: MaterialId = MaterialId(0);
+
+fn rng() -> StdRng {
+    StdRng::seed_from_u64(1)
+}
+
+fn square(r: &mut StdRng) -> Vec2 {
+    Vec2::new(r.random(), r.random())
+}
+
+fn cube(r: &mut StdRng) -> Vec3 {
+    2.0 * vec3(r.random(), r.random(), r.random()) - 1.0
+}
+
+fn ray(origin: Vec3, direction: Vec3) -> Ray {
+    Ray { origin, direction, t_max: f32::INFINITY }
+}
+
+fn built(mut g: Geometry) -> Geometry {
+    g.build();
+    g
+}
+
+fn soup(corners: &[[Vec3; 3]]) -> Geometry {
+    let mut g = Geometry::default();
+    let indices: Vec<_> = (0..corners.len() as u32).map(|i| [3 * i, 3 * i + 1, 3 * i + 2]).collect();
+    g.add_triangles(corners.as_flattened(), None, &indices, M);
+    g
+}
+
+/// A closed sphere of 20·4ⁿ triangles, outward winding.
+fn icosphere(levels: u32, center: Vec3, radius: f32) -> (Vec<Vec3>, Vec<[u32; 3]>) {
+    let f = 0.5 * (1.0 + 5.0_f32.sqrt());
+    let mut p: Vec<Vec3> = [(-1.0, f), (1.0, f), (-1.0, -f), (1.0, -f)]
+        .into_iter()
+        .flat_map(|(a, b)| [vec3(a, b, 0.0), vec3(0.0, a, b), vec3(b, 0.0, a)])
+        .map(Vec3::normalize)
+        .collect();
+    let close = |a: Vec3, b: Vec3| a.distance(b) < 1.1;
+    let mut t = Vec::new();
+    for i in 0..12 {
+        for j in i + 1..12 {
+            for k in j + 1..12 {
+                if close(p[i], p[j]) && close(p[j], p[k]) && close(p[k], p[i]) {
+                    let out = (p[j] - p[i]).cross(p[k] - p[i]).dot(p[i]) > 0.0;
+                    t.push(if out { [i, j, k] } else { [i, k, j] }.map(|x| x as u32));
+                }
+            }
+        }
+    }
+    for _ in 0..levels {
+        let mut mid = HashMap::new();
+        let mut split = |p: &mut Vec<Vec3>, a: u32, b: u32| {
+            *mid.entry((a.min(b), a.max(b))).or_insert_with(|| {
+                p.push((p[a as usize] + p[b as usize]).normalize());
+                p.len() as u32 - 1
+            })
+        };
+        t = t
+            .iter()
+            .flat_map(|&[a, b, c]| {
+                let (x, y, z) = (split(&mut p, a, b), split(&mut p, b, c), split(&mut p, c, a));
+                [[a, x, z], [x, b, y], [z, y, c], [x, y, z]]
+            })
+            .collect();
+    }
+    (p.iter().map(|&p| center + radius * p).collect(), t)
+}
+
+fn brute(g: &Geometry, ray: &Ray, skip: &[PrimitiveId]) -> Option<Hit> {
+    let prepared = Prepared::new(ray);
+    (0..g.len())
+        .map(PrimitiveId)
+        .filter(|&id| g.area(id) > 0.0)
+        .filter_map(|id| LeafPrimitive { shape: g.shape(id), id }.intersect(&prepared, skip))
+        .filter(|h| h.t < ray.t_max)
+        .min_by(|a, b| (a.t, a.primitive).partial_cmp(&(b.t, b.primitive)).expect("no NaN"))
+}
+
+#[test]
+fn the_tree_answers_as_no_tree_does() {
+    let mut r = rng();
+    let mut hits = 0;
+    for case in 0..60 {
+        let mut g = Geometry::default();
+        // Small integer coordinates make coplanar, degenerate and duplicate triangles and equal distances common.
+        let coarse = case % 2 == 0;
+        let mut point = |r: &mut StdRng| if coarse { (3.0 * cube(r)).round() } else { 3.0 * cube(r) };
+        for _ in 0..case % 4 {
+            let center = point(&mut r);
+            g.add_sphere(center, r.random_range(0.0..1.5), M);
+        }
+        let mut corners: Vec<[Vec3; 3]> = Vec::new();
+        for _ in 0..case * 3 {
+            let c = match r.random_range(0..8) {
+                0 if !corners.is_empty() => corners[r.random_range(0..corners.len())],
+                1 => {
+                    let p = point(&mut r);
+                    [p, p, point(&mut r)]
+                }
+                _ => [point(&mut r), point(&mut r), point(&mut r)],
+            };
+            corners.push(c);
+        }
+        let indices: Vec<_> = (0..corners.len() as u32).map(|i| [3 * i, 3 * i + 1, 3 * i + 2]).collect();
+        g.add_triangles(corners.as_flattened(), None, &indices, M);
+        g.build();
+        for _ in 0..500 {
+            let zeros = [r.random_range(0..4), r.random_range(0..4), r.random_range(0..4)];
+            let origin = point(&mut r);
+            let target = point(&mut r);
+            let mut d = target - origin;
+            for k in 0..3 {
+                match zeros[k] {
+                    0 => d[k] = 0.0,
+                    1 => d[k] = -0.0,
+                    _ => {}
+                }
+            }
+            if d == Vec3::ZERO {
+                continue;
+            }
+            let t_max = [f32::INFINITY, 1.0, 0.4][r.random_range(0..3)];
+            let ray = Ray { origin, direction: d, t_max };
+            let n = g.len().max(1);
+            let skip = [PrimitiveId(r.random_range(0..n)), PrimitiveId(r.random_range(0..n))];
+            let (a, b) = (g.closest(&ray, skip[0]), brute(&g, &ray, &skip[..1]));
+            let key = |h: Hit| (h.t, h.primitive, h.barycentric);
+            assert_eq!(a.map(key), b.map(key), "case {case}, {ray:?}");
+            assert_eq!(g.occluded(&ray, skip), brute(&g, &ray, &skip).is_some(), "case {case}, {ray:?}");
+            hits += u32::from(a.is_some());
+        }
+    }
+    assert!(hits > 3000, "{hits}");
+}
+
+#[test]
+fn hits_are_where_f64_says() {
+    let mut r = rng();
+    for _ in 0..20_000 {
+        let c = [cube(&mut r), cube(&mut r), cube(&mut r)];
+        let g = built(soup(&[c]));
+        let d = cube(&mut r);
+        let o = 3.0 * cube(&mut r);
+        let p = c.map(|p| p.as_dvec3() - o.as_dvec3());
+        let d64 = d.as_dvec3();
+        let edge = |i: usize, j: usize| d64.dot(p[i].cross(p[j]));
+        let e = [edge(1, 2), edge(2, 0), edge(0, 1)];
+        let clear = e.iter().all(|e| e.abs() > 1e-5);
+        let n = (p[1] - p[0]).cross(p[2] - p[0]);
+        let t = n.dot(p[0]) / n.dot(d64);
+        let inside = e.iter().all(|&e| e > 0.0) || e.iter().all(|&e| e < 0.0);
+        let hit = g.closest(&ray(o, d), PrimitiveId::NONE);
+        if clear {
+            assert_eq!(hit.is_some(), inside && t > 0.0);
+        }
+        if let Some(h) = hit.filter(|_| clear) {
+            assert!((f64::from(h.t) - t).abs() <= 1e-6 * t);
+            let sum: f64 = e.iter().sum();
+            assert!((f64::from(h.barycentric.x) - e[1] / sum).abs() < 1e-2 / sum.abs().min(1.0) * 1e-3);
+        }
+    }
+}
+
+#[test]
+fn nothing_leaks_between_the_triangles_of_a_closed_mesh() {
+    let mut r = rng();
+    for center in [Vec3::ZERO, vec3(1000.0, -2000.0, 500.0)] {
+        let (p, t) = icosphere(4, center, 1.0);
+        let mut g = Geometry::default();
+        g.add_triangles(&p, None, &t, M);
+        g.build();
+        let mut leaks = 0;
+        for i in 0..500_000 {
+            let origin = center + 0.5 * cube(&mut r);
+            let [a, b, _] = t[r.random_range(0..t.len())].map(|i| p[i as usize]);
+            let target = if i % 4 == 0 { a } else { a.lerp(b, r.random()) };
+            let ray = ray(origin, target - origin);
+            let seen = g.closest(&ray, PrimitiveId::NONE).is_some();
+            let dark = i % 8 != 0 || g.occluded(&ray, [PrimitiveId::NONE; 2]);
+            leaks += u32::from(!seen || !dark);
+        }
+        assert_eq!(leaks, 0, "around {center}");
+    }
+}
+
+/// Follows diffuse bounces inside; `near_edge` says where rounding may have put a point beyond another face.
+fn bounce(g: &Geometry, start: Vec3, r: &mut StdRng, near_edge: impl Fn(&Surface) -> bool, self_hit: f32) {
+    let (mut origin, mut skip, mut d) = (start, PrimitiveId::NONE, vec3(0.3, 0.5, 0.7));
+    for i in 0..20_000 {
+        let ray = ray(origin, d);
+        let hit = g.closest(&ray, skip).unwrap_or_else(|| panic!("bounce {i} escaped from {origin} along {d}"));
+        let s = g.surface(&ray, &hit);
+        assert!(s.position.distance(origin) > self_hit || i == 0, "bounce {i} hit itself at {origin} along {d}");
+        if near_edge(&s) {
+            (origin, skip, d) = (start, PrimitiveId::NONE, cube(r));
+            continue;
+        }
+        let side = -d.dot(s.normal).signum() * s.normal;
+        // Some as grazing as f32 directions go.
+        let mut local = warp::cosine_hemisphere(square(r));
+        if i % 3 == 0 {
+            local.z *= 1e-4;
+        }
+        d = Frame::around(side).to_world(local.normalize());
+        if d.dot(side) <= 0.0 {
+            d = side;
+        }
+        origin = offset_origin(s.position, s.normal, s.error, d);
+        skip = hit.primitive;
+    }
+}
+
+#[test]
+fn bounces_inside_a_box_neither_escape_nor_hit_their_own_wall() {
+    let mut r = rng();
+    for (size, center) in
+        [(1e-4, Vec3::ZERO), (1.0, Vec3::ZERO), (1e6, Vec3::ZERO), (10.0, vec3(1e4, -1e4, 1e4)), (1e-4, Vec3::ONE)]
+    {
+        let corner = |i: u32| center + size * (2.0 * vec3((i & 1) as f32, (i >> 1 & 1) as f32, (i >> 2) as f32) - 1.0);
+        let p: Vec<Vec3> = (0..8).map(corner).collect();
+        let quads = [[0, 1, 3, 2], [4, 5, 7, 6], [0, 1, 5, 4], [2, 3, 7, 6], [0, 2, 6, 4], [1, 3, 7, 5]];
+        let t: Vec<_> = quads.iter().flat_map(|&[a, b, c, d]| [[a, b, c], [a, c, d]]).collect();
+        let mut g = Geometry::default();
+        g.add_triangles(&p, None, &t, M);
+        g.build();
+        let near_edge = |s: &Surface| {
+            let margin = 8.0 * s.error + 1e-3 * size;
+            (0..3).filter(|&k| (s.position[k] - p[0][k]).abs().min((s.position[k] - p[7][k]).abs()) < margin).count()
+                > 1
+        };
+        bounce(&g, center, &mut r, near_edge, 1e-5 * size);
+    }
+}
+
+#[test]
+fn bounces_inside_a_sphere_neither_escape_nor_hit_themselves() {
+    let mut r = rng();
+    for (radius, center) in
+        [(1e-4, Vec3::ZERO), (1.0, Vec3::ZERO), (1e6, Vec3::ZERO), (10.0, vec3(1e4, -1e4, 1e4)), (1e-4, Vec3::ONE)]
+    {
+        let mut g = Geometry::default();
+        g.add_sphere(center, radius, M);
+        g.build();
+        bounce(&g, center, &mut r, |_| false, 1e-6 * radius);
+    }
+}
+
+#[test]
+fn rays_that_leave_a_sphere_do_not_meet_it_again() {
+    let mut r = rng();
+    for (radius, center) in
+        [(1e-4, Vec3::ZERO), (1.0, Vec3::ZERO), (1e6, Vec3::ZERO), (1.0, vec3(1e4, -1e4, 1e4)), (1e-2, Vec3::ONE)]
+    {
+        let mut g = Geometry::default();
+        g.add_sphere(center, radius, M);
+        g.build();
+        for i in 0..20_000 {
+            let s = g.sample(PrimitiveId(0), square(&mut r));
+            let mut local = warp::cosine_hemisphere(square(&mut r));
+            local.z *= [1.0, 1e-2, 1e-4, 1e-6][i % 4];
+            let out = Frame::around(s.normal).to_world(local.normalize());
+            if out.dot(s.normal) <= 0.0 {
+                continue;
+            }
+            let from = |d| ray(offset_origin(s.position, s.normal, s.error, d), d);
+            assert!(!g.occluded(&from(out), [PrimitiveId::NONE; 2]), "reflected at {s:?} along {out}");
+            // Transmitted: the far side and nothing else; then out of it.
+            let inner = from(out - 2.0 * out.dot(s.normal) * s.normal);
+            if inner.direction.dot(s.normal) < 0.0 {
+                let hit = g.closest(&inner, PrimitiveId(0)).expect("the far side");
+                let far = g.surface(&inner, &hit);
+                let again = ray(offset_origin(far.position, far.normal, far.error, far.normal), far.normal);
+                assert!(g.closest(&again, PrimitiveId::NONE).is_none());
+            }
+        }
+    }
+}
+
+#[test]
+fn of_equal_hits_the_smaller_id_wins_whatever_the_tree() {
+    let t = |z: f32, s: f32| [vec3(-s, -s, z), vec3(s, -s, z), vec3(0.0, s, z)];
+    let mut g = soup(&[t(1.0, 1.0), t(0.0, 2.0), t(0.0, 1.0), t(0.0, 1.0), t(0.0, 1.0), t(0.0, 1.0)]);
+    g.add_sphere(vec3(0.0, 0.0, 1.0), 1.0, M);
+    g.build();
+    let r = ray(vec3(0.0, 0.0, -3.0), Vec3::Z);
+    let id = |skip| g.closest(&r, PrimitiveId(skip)).expect("hit").primitive.0;
+    assert_eq!((id(9), id(1), id(2)), (1, 2, 1));
+    assert!(g.occluded(&Ray { t_max: 3.5, ..r }, [PrimitiveId(1), PrimitiveId(2)]));
+    assert!(!g.occluded(&Ray { t_max: 3.0, ..r }, [PrimitiveId::NONE; 2]), "the end does not count");
+}
+
+#[test]
+fn hostile_scenes_build_quickly_and_keep_to_the_stack() {
+    let start = Instant::now();
+    let t = [Vec3::ZERO, Vec3::X, Vec3::Y];
+    let mut r = rng();
+    let scenes: [(&str, Vec<[Vec3; 3]>); 5] = [
+        ("identical", vec![t; 20_000]),
+        ("same box", (0..20_000).map(|_| [Vec3::ZERO, Vec3::ONE, vec3(r.random(), r.random(), 0.5)]).collect()),
+        ("nested", (0..4000).map(|i| t.map(|p| p * 0.99_f32.powi(i))).collect()),
+        ("growing", (0..250).map(|i| t.map(|p| (p + 1.0) * 2.0_f32.powi(i % 125 - 62))).collect()),
+        ("one far away", (0..5000).map(|_| t.map(|p| p + cube(&mut r))).chain([t.map(|p| p * 1e18)]).collect()),
+    ];
+    for (name, corners) in scenes {
+        let g = built(soup(&corners));
+        let tree = g.tree.as_ref().expect("built");
+        let mut deepest = 0;
+        let mut todo = vec![(tree.root, 0)];
+        while let Some((c, depth)) = todo.pop() {
+            deepest = deepest.max(depth);
+            if c.count == 0 {
+                todo.extend(tree.nodes[c.first as usize].children.map(|c| (c, depth + 1)));
+            }
+        }
+        assert!(deepest <= MAX_DEPTH, "{name}: {deepest}");
+        for _ in 0..20 {
+            let o = cube(&mut r);
+            let ray = ray(o, cube(&mut r));
+            let [a, b] = [g.closest(&ray, PrimitiveId(0)), brute(&g, &ray, &[PrimitiveId(0)])];
+            assert_eq!(a.map(|h| (h.t, h.primitive)), b.map(|h| (h.t, h.primitive)), "{name}");
+        }
+    }
+    assert!(start.elapsed().as_secs() < 20);
+}
+
+#[test]
+fn samples_are_uniform_in_area() {
+    let mut g = soup(&[[Vec3::ZERO, 3.0 * Vec3::X, vec3(1.0, 2.0, 0.0)]]);
+    g.add_sphere(vec3(1.0, 2.0, 3.0), 2.0, MaterialId(7));
+    g.build();
+    let (flat, round) = (PrimitiveId(0), PrimitiveId(1));
+    assert!((g.area(flat) - 3.0).abs() < 1e-6 && (g.area(round) - 50.265_48).abs() < 1e-4);
+    assert_eq!((g.material(flat), g.material(round), g.len()), (M, MaterialId(7), 2));
+    let mut r = rng();
+    let n = 100_000;
+    // Chi² over 4 triangles of equal area, and over 8 octants; 3 and 7 degrees of freedom, p ≈ 1e-4.
+    let (mut quarters, mut octants) = ([0_u32; 4], [0_u32; 8]);
+    for _ in 0..n {
+        let s = g.sample(flat, square(&mut r));
+        assert_eq!(s.normal, Vec3::Z);
+        let b = Vec2::new((s.position.x - 0.5 * s.position.y) / 3.0, s.position.y / 2.0);
+        assert!(b.x > -1e-6 && b.y > -1e-6 && b.x + b.y < 1.0 + 1e-6);
+        let corner = if b.x > 0.5 {
+            1
+        } else if b.y > 0.5 {
+            2
+        } else {
+            3 * usize::from(b.x + b.y >= 0.5)
+        };
+        quarters[corner] += 1;
+        let s = g.sample(round, square(&mut r));
+        let v = s.position - vec3(1.0, 2.0, 3.0);
+        assert!((v.length() - 2.0).abs() < 1e-6 && v.normalize().dot(s.normal) > 0.999_999);
+        octants[usize::from(v.x > 0.0) + 2 * usize::from(v.y > 0.0) + 4 * usize::from(v.z > 0.0)] += 1;
+    }
+    let chi2 = |counts: &[u32]| {
+        let e = f64::from(n) / counts.len() as f64;
+        counts.iter().map(|&c| (f64::from(c) - e).powi(2) / e).sum::<f64>()
+    };
+    assert!(chi2(&quarters) < 21.1 && chi2(&octants) < 29.9, "{quarters:?} {octants:?}");
+}
+
+#[test]
+fn shading_normals_are_interpolated_and_on_the_side_of_the_winding() {
+    let p = [Vec3::ZERO, Vec3::X, Vec3::Y];
+    let surface = |n: [Vec3; 3]| {
+        let mut g = Geometry::default();
+        g.add_triangles(&p, Some(&n), &[[0, 1, 2]], M);
+        g.build();
+        let ray = ray(vec3(0.25, 0.25, 1.0), -Vec3::Z);
+        g.surface(&ray, &g.closest(&ray, PrimitiveId::NONE).expect("hit"))
+    };
+    let n = [vec3(0.0, 0.0, 1.0), vec3(0.6, 0.0, 0.8), vec3(0.0, 0.6, 0.8)];
+    let expected = (0.5 * n[0] + 0.25 * n[1] + 0.25 * n[2]).normalize();
+    let s = surface(n);
+    assert!(s.normal == Vec3::Z && s.shading_normal.distance(expected) < 1e-6);
+    assert_eq!(surface(n.map(|n| -n)).shading_normal, s.shading_normal);
+    assert_eq!(surface([Vec3::ZERO; 3]).shading_normal, Vec3::Z);
+    assert!(s.error > 0.0 && s.error < 1e-6);
+}
+
+#[test]
+fn an_empty_scene_is_empty() {
+    let g = built(Geometry::default());
+    assert!(g.is_empty() && g.bounds().is_none());
+    assert!(g.closest(&ray(Vec3::ZERO, Vec3::X), PrimitiveId::NONE).is_none());
+    assert!(!g.occluded(&ray(Vec3::ZERO, Vec3::X), [PrimitiveId::NONE; 2]));
+}
