@@ -4,11 +4,8 @@ use std::f32::consts::FRAC_1_PI;
 
 use glam::Vec3;
 
-use super::{BsdfSample, Lobe, Scatter, ScatterEvent, Transport};
-use crate::{
-    math::Rgb,
-    sampling::{PdfSolidAngle, warp},
-};
+use super::{BsdfSample, Lobe, Scatter, ScatterEvent, Transport, cosine_on_side};
+use crate::{math::Rgb, sampling::warp};
 
 /// A two-sided Lambertian reflector: f = albedo/π where both directions are on the same side.
 #[derive(Clone, Copy, Debug)]
@@ -34,18 +31,10 @@ impl Diffuse {
     /// See [`super::Bsdf::sample`].
     #[inline]
     pub fn sample(&self, known: Vec3, transport: Transport, u: Vec3) -> Option<BsdfSample> {
-        if self.albedo == Rgb::ZERO || known.z == 0.0 {
-            return None;
-        }
-        let up = warp::cosine_hemisphere(u.truncate());
-        let direction = Vec3::new(up.x, up.y, up.z.copysign(known.z));
+        let direction = cosine_on_side(known, u.truncate());
         let (to_camera, to_light) = transport.sides(known, direction);
         let scatter = self.eval(Lobe::Continuous, to_camera, to_light);
-        (scatter.to_light > PdfSolidAngle::ZERO && direction.z != 0.0).then_some(BsdfSample {
-            direction,
-            lobe: Lobe::Continuous,
-            scatter,
-        })
+        BsdfSample::checked(direction, Lobe::Continuous, scatter, transport)
     }
 
     /// See [`super::Bsdf::has_continuous`]: false for a black surface, which no connection needs to try.

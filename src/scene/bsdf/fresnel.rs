@@ -1,1 +1,104 @@
-//! Fresnel reflectance.
+//! Fresnel reflectance and Snell's law.
+//!
+//! Everywhere `eta` is η_transmitted/η_incident and a cosine is |cos| of an angle against the (micro)surface normal.
+
+use glam::Vec3;
+
+use crate::math::Rgb;
+
+/// The cosine of the refracted angle by Snell's law; 0 exactly under total internal reflection.
+///
+/// Written as √(cos² + η² − 1)/η, which loses no digits where 1 − sin²/η² cancels (grazing incidence, η ≈ 1).
+#[inline]
+pub(super) fn refracted_cos(cos: f32, eta: f32) -> f32 {
+    (cos * cos + (eta - 1.0) * (eta + 1.0)).max(0.0).sqrt() / eta
+}
+
+/// The unit direction into which `w` refracts at the normal `n` on its side, given both cosines (`refracted_cos`).
+#[inline]
+pub(super) fn refract(w: Vec3, n: Vec3, cos: f32, cos_t: f32, eta: f32) -> Vec3 {
+    (n * (cos / eta - cos_t) - w / eta).normalize()
+}
+
+/// `w` mirrored at the unit normal `n`.
+#[inline]
+pub(super) fn reflect(w: Vec3, n: Vec3, cos: f32) -> Vec3 {
+    (n * (2.0 * cos) - w).normalize()
+}
+
+/// Unpolarised reflectance of a dielectric boundary from the cosines of *both* angles, which Snell's law ties together.
+///
+/// Given both, F is symmetric in its two sides to the last bit of `cos` and well conditioned up to the critical angle,
+/// where recomputing one cosine from the other is not.
+#[inline]
+pub(super) fn dielectric_pair(cos: f32, cos_t: f32, eta: f32) -> f32 {
+    if cos == 0.0 || cos_t == 0.0 {
+        return 1.0;
+    }
+    let s = (cos - eta * cos_t) / (cos + eta * cos_t);
+    let p = (eta * cos - cos_t) / (eta * cos + cos_t);
+    0.5 * (s * s + p * p)
+}
+
+/// Unpolarised reflectance of a dielectric boundary (Fresnel's equations); 1 under total internal reflection.
+#[inline]
+pub(super) fn dielectric(cos: f32, eta: f32) -> f32 {
+    dielectric_pair(cos, refracted_cos(cos, eta), eta)
+}
+
+/// (1 − cos)⁵: how far Schlick's approximation has gone from F(0°) to F(90°).
+#[inline]
+pub(super) fn schlick_weight(cos: f32) -> f32 {
+    let x = (1.0 - cos).max(0.0);
+    let x2 = x * x;
+    x2 * x2 * x
+}
+
+/// Schlick's approximation (1994) between `f0` at normal and `f90` at grazing incidence, by its [`schlick_weight`].
+#[inline]
+pub(super) fn schlick(f0: Rgb, f90: Rgb, weight: f32) -> Rgb {
+    f0 + (f90 - f0) * weight
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn reflectance_of_glass_water_and_flint() {
+        let table = [
+            (1.5, [0.04, 0.050_239_91, 0.089_186_71, 0.387_704_4]),
+            (1.33, [0.020_059_31, 0.027_521_38, 0.059_125_6, 0.346_916_1]),
+            (1.8, [0.081_632_65, 0.093_523_12, 0.134_643_3, 0.418_749_6]),
+        ];
+        for (eta, expected) in table {
+            for (degrees, r) in [0.0_f32, 45.0, 60.0, 80.0].into_iter().zip(expected) {
+                let cos = degrees.to_radians().cos();
+                assert!((dielectric(cos, eta) - r).abs() < 5e-7, "n = {eta}, {degrees}°: {}", dielectric(cos, eta));
+                // From below, at the refracted angle, the boundary reflects the same.
+                let below = dielectric(refracted_cos(cos, eta), 1.0 / eta);
+                assert!((below - r).abs() < 5e-6, "from below, n = {eta}, {degrees}°: {below}");
+            }
+        }
+    }
+
+    #[test]
+    fn reflection_is_total_beyond_the_critical_angle_and_at_grazing_incidence() {
+        let critical = (1.0_f32 - 1.0 / (1.5 * 1.5)).sqrt();
+        assert_eq!(dielectric(critical - 1e-3, 1.0 / 1.5), 1.0);
+        assert!(dielectric(critical + 1e-3, 1.0 / 1.5) < 0.9);
+        assert_eq!(dielectric(0.0, 1.5), 1.0);
+        assert_eq!(dielectric(0.0, 1.0), 1.0);
+        assert_eq!(dielectric(0.3, 1.0), 0.0);
+    }
+
+    #[test]
+    fn refraction_obeys_snell_and_stays_in_the_plane_of_incidence() {
+        let w = Vec3::new(0.6, -0.2, 0.5).normalize();
+        let n = Vec3::new(0.1, 0.1, 1.0).normalize();
+        let (cos, eta) = (w.dot(n), 1.5);
+        let t = refract(w, n, cos, refracted_cos(cos, eta), eta);
+        assert!((w.cross(n) + t.cross(n) * eta).length() < 1e-6);
+        assert!(t.dot(n) < 0.0);
+    }
+}

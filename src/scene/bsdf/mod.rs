@@ -7,13 +7,21 @@
 mod dielectric;
 mod diffuse;
 mod fresnel;
+mod layer;
 mod metallic_roughness;
 mod microfacet;
+#[cfg(test)]
+mod tests;
 mod thin;
 
-use glam::Vec3;
+use std::ops::Add;
 
-use crate::{math::Rgb, sampling::PdfSolidAngle};
+use glam::{Vec2, Vec3};
+
+use crate::{
+    math::Rgb,
+    sampling::{PdfSolidAngle, warp},
+};
 
 pub use dielectric::Dielectric;
 pub use diffuse::Diffuse;
@@ -91,6 +99,42 @@ pub struct Scatter {
 impl Scatter {
     /// No light passes, and neither direction is ever sampled from the other.
     pub const ZERO: Self = Self { f: Rgb::ZERO, to_light: PdfSolidAngle::ZERO, to_camera: PdfSolidAngle::ZERO };
+
+    /// The coefficients of a delta that passes the radiance `value`, is chosen with the given probability from either
+    /// end, and has |dω_light/dω_camera| = `jacobian`.
+    #[inline]
+    fn delta(value: Rgb, to_light: Vec3, p_camera: f32, p_light: f32, jacobian: f32) -> Self {
+        if to_light.z.abs() < GRAZING {
+            return Self::ZERO;
+        }
+        Self {
+            f: value / to_light.z.abs(),
+            to_light: PdfSolidAngle(p_camera),
+            to_camera: PdfSolidAngle(p_light * jacobian),
+        }
+    }
+}
+
+impl Add for Scatter {
+    type Output = Self;
+
+    /// Two lobes of one BSDF; each density already includes the probability of its lobe.
+    #[inline]
+    fn add(self, other: Self) -> Self {
+        Self {
+            f: self.f + other.f,
+            to_light: PdfSolidAngle(self.to_light.0 + other.to_light.0),
+            to_camera: PdfSolidAngle(self.to_camera.0 + other.to_camera.0),
+        }
+    }
+}
+
+impl ScatterEvent {
+    /// The event of the larger of two lobes.
+    #[inline]
+    fn dominant(diffuse: &Scatter, specular: &Scatter) -> Self {
+        if diffuse.f.max_element() > specular.f.max_element() { Self::Diffuse } else { Self::Glossy }
+    }
 }
 
 /// A sampled direction with the lobe it came from and the BSDF there.
@@ -102,6 +146,32 @@ pub struct BsdfSample {
     pub lobe: Lobe,
     /// The same as [`Bsdf::eval`] returns for this lobe and the two directions.
     pub scatter: Scatter,
+}
+
+impl BsdfSample {
+    /// The sample, unless no light passes or the direction has no density (rounding at the edge of a lobe).
+    #[inline]
+    fn checked(direction: Vec3, lobe: Lobe, scatter: Scatter, transport: Transport) -> Option<Self> {
+        let valid = scatter.f != Rgb::ZERO && scatter.forward_reverse(transport).0 > PdfSolidAngle::ZERO;
+        valid.then_some(Self { direction, lobe, scatter })
+    }
+}
+
+/// Directions with |cos θ| below this are in the surface's plane to the accuracy of a frame in f32. Deltas and microfacet
+/// lobes, whose value divides by the cosine, do not scatter them.
+const GRAZING: f32 = 1e-6;
+
+/// The mirror direction of `w` at the surface.
+#[inline]
+fn mirrored(w: Vec3) -> Vec3 {
+    Vec3::new(-w.x, -w.y, w.z)
+}
+
+/// A cosine-distributed direction on the side of `known`.
+#[inline]
+fn cosine_on_side(known: Vec3, u: Vec2) -> Vec3 {
+    let up = warp::cosine_hemisphere(u);
+    Vec3::new(up.x, up.y, up.z.copysign(known.z))
 }
 
 /// A BSDF with its parameters resolved at one point.
