@@ -104,7 +104,7 @@ impl Dielectric {
         match lobe {
             Lobe::Continuous => {
                 let (diffuse, specular) = self.lobes(to_camera, to_light);
-                diffuse + specular
+                Scatter::sum(diffuse, specular)
             }
             Lobe::Delta(0) if same_side && self.is_smooth() => {
                 let f = self.fresnel(to_camera);

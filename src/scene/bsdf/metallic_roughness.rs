@@ -108,7 +108,7 @@ impl MetallicRoughness {
         match lobe {
             Lobe::Continuous => {
                 let (diffuse, specular) = self.lobes(to_camera, to_light);
-                diffuse + specular
+                Scatter::sum(diffuse, specular)
             }
             Lobe::Delta(0) if self.is_smooth() => {
                 let reflectance = self.reflectance(fresnel::schlick_weight(to_camera.z.abs()));

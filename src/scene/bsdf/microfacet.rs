@@ -84,8 +84,10 @@ impl Ggx {
         if to_camera.z.abs() < GRAZING || to_light.z.abs() < GRAZING {
             return Facet::NONE;
         }
-        let h = (to_camera + to_light).normalize();
-        let cos = to_camera.dot(h).abs();
+        // From the length of the sum, the cosine is the same from both ends to the last bit: F is steep where it is small.
+        let sum = to_camera + to_light;
+        let length = sum.length();
+        let (h, cos) = (sum / length, (0.5 * length).min(1.0));
         let (g_camera, g_light, g) = self.shadowing(to_camera, to_light);
         // The visible normals have density G1 cos_h D/cos, and dω_h/dω = 1/(4 cos_h).
         let d = 0.25 * self.d(h);

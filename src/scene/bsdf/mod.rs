@@ -14,8 +14,6 @@ mod microfacet;
 mod tests;
 mod thin;
 
-use std::ops::Add;
-
 use glam::{Vec2, Vec3};
 
 use crate::{
@@ -113,18 +111,20 @@ impl Scatter {
             to_camera: PdfSolidAngle(p_light * jacobian),
         }
     }
-}
 
-impl Add for Scatter {
-    type Output = Self;
-
-    /// Two lobes of one BSDF; each density already includes the probability of its lobe.
+    /// Two lobes together; each density already includes the probability of its lobe.
+    ///
+    /// Where neither passes any light a sample comes to nothing (`None`), so the density of its direction is zero too.
     #[inline]
-    fn add(self, other: Self) -> Self {
+    fn sum(a: Self, b: Self) -> Self {
+        let f = a.f + b.f;
+        if f == Rgb::ZERO {
+            return Self::ZERO;
+        }
         Self {
-            f: self.f + other.f,
-            to_light: PdfSolidAngle(self.to_light.0 + other.to_light.0),
-            to_camera: PdfSolidAngle(self.to_camera.0 + other.to_camera.0),
+            f,
+            to_light: PdfSolidAngle(a.to_light.0 + b.to_light.0),
+            to_camera: PdfSolidAngle(a.to_camera.0 + b.to_camera.0),
         }
     }
 }

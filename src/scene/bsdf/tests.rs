@@ -1,1 +1,494 @@
+//! One table of BSDFs, run through every oracle. A new BSDF adds its lines to [`table`].
 
+use std::f64::consts::PI;
+
+use glam::{DVec3, Vec3};
+use proptest::prelude::*;
+use statrs::distribution::{ChiSquared, ContinuousCDF};
+
+use super::*;
+use crate::{
+    math::luminance,
+    sampling::{Independent, Sampler, Stream},
+};
+
+/// Instances that cover every lobe, alone and mixed, smooth, rough and black.
+fn table() -> Vec<(&'static str, Bsdf)> {
+    let gray = Rgb::splat(0.8);
+    let red = Rgb::new(0.9, 0.3, 0.1);
+    let plastic = |metallic, alpha, f0: f32, f90| {
+        let (base_color, dielectric_f0) = (red, Rgb::splat(f0));
+        Bsdf::MetallicRoughness(MetallicRoughness { base_color, metallic, alpha, dielectric_f0, dielectric_f90: f90 })
+    };
+    let metal = |color, alpha| Bsdf::MetallicRoughness(MetallicRoughness::metal(color, alpha));
+    let glass = |color, ior, alpha, transmission| Bsdf::Dielectric(Dielectric { color, ior, alpha, transmission });
+    let pane = |color, ior, alpha, transmission| Bsdf::Thin(ThinDielectric { color, ior, alpha, transmission });
+    vec![
+        ("diffuse", Bsdf::Diffuse(Diffuse { albedo: red })),
+        ("plastic, smooth", plastic(0.0, 0.0, 0.04, 1.0)),
+        ("plastic, glossy", plastic(0.0, 0.1, 0.04, 1.0)),
+        ("plastic, rough", plastic(0.0, 1.0, 0.04, 1.0)),
+        ("plastic, index-matched", plastic(0.0, 0.3, 0.0, 1.0)),
+        ("plastic, without a coat", plastic(0.0, 0.3, 0.0, 0.0)),
+        ("plastic, strong coat", plastic(0.0, 0.25, 1.0, 1.0)),
+        ("half metal, glossy", plastic(0.5, 0.2, 0.04, 0.7)),
+        ("half metal, smooth", plastic(0.5, 0.0, 0.04, 1.0)),
+        ("metal, smooth", metal(red, 0.0)),
+        ("metal, glossy", metal(red, 0.15)),
+        ("metal, white and rough", metal(Rgb::ONE, 0.7)),
+        ("metal, black", metal(Rgb::ZERO, 0.5)),
+        ("glass, smooth", glass(Rgb::ONE, 1.5, 0.0, 1.0)),
+        ("glass, glossy", glass(Rgb::ONE, 1.5, 0.12, 1.0)),
+        ("glass, rough", glass(Rgb::ONE, 1.5, 0.6, 1.0)),
+        ("glass, tinted", glass(red, 1.8, 0.3, 1.0)),
+        ("glass, mostly diffuse", glass(gray, 1.33, 0.3, 0.25)),
+        ("glass, smooth and half diffuse", glass(red, 1.5, 0.0, 0.5)),
+        ("glass, opaque", glass(red, 1.5, 0.2, 0.0)),
+        ("glass, index-matched", glass(red, 1.0, 0.5, 0.75)),
+        ("bubble", glass(Rgb::ONE, 0.7, 0.3, 1.0)),
+        ("pane, smooth", pane(Rgb::ONE, 1.5, 0.0, 1.0)),
+        ("pane, glossy", pane(Rgb::ONE, 1.5, 0.12, 1.0)),
+        ("pane, rough and half diffuse", pane(red, 1.8, 0.6, 0.5)),
+        ("pane, smooth and half diffuse", pane(red, 1.5, 0.0, 0.5)),
+        ("pane, black", pane(Rgb::ZERO, 1.5, 0.3, 1.0)),
+    ]
+}
+
+/// Lobes too narrow for the quadratures, for the oracles that need none.
+fn narrow() -> Vec<(&'static str, Bsdf)> {
+    let mut narrow = Vec::new();
+    for alpha in [1.01e-3, 0.01] {
+        let (color, ior) = (Rgb::new(0.9, 0.6, 0.3), 1.5);
+        narrow.push(("metal, narrow", Bsdf::MetallicRoughness(MetallicRoughness::metal(color, alpha))));
+        narrow.push(("glass, narrow", Bsdf::Dielectric(Dielectric { color, ior, alpha, transmission: 0.9 })));
+        narrow.push(("pane, narrow", Bsdf::Thin(ThinDielectric { color, ior, alpha, transmission: 0.9 })));
+    }
+    narrow
+}
+
+const TRANSPORTS: [Transport; 2] = [Transport::Radiance, Transport::Importance];
+
+/// Directions above and below the surface, from nearly normal to grazing, around the critical angle of glass among them.
+fn known_directions() -> Vec<Vec3> {
+    [(0.98, 0.3), (0.6, 2.0), (0.2, 4.0), (0.03, 1.0), (-0.9, 5.0), (-0.72, 1.3), (-0.4, 3.0)]
+        .map(|(z, phi): (f32, f32)| ((1.0 - z * z).sqrt() * Vec3::new(phi.cos(), phi.sin(), 0.0)).with_z(z).normalize())
+        .to_vec()
+}
+
+/// Runs `check` on every BSDF, transport and known direction, with the name of the case and random numbers of its own.
+fn each_case(bsdfs: &[(&str, Bsdf)], mut check: impl FnMut(&str, &Bsdf, Transport, Vec3, &mut Independent)) {
+    let mut number = 0;
+    for (name, bsdf) in bsdfs {
+        for transport in TRANSPORTS {
+            for known in known_directions() {
+                number += 1;
+                let case = format!("{name}, {transport:?} from {known}");
+                check(&case, bsdf, transport, known, &mut Independent::new(1, number, 0, Stream::Camera));
+            }
+        }
+    }
+}
+
+/// The bins of the sphere, each split into `FINE`² cells by the quadrature.
+///
+/// Rows are even in θ, and the horizon is a border of rows. Columns are even in t, where t|t|π is the azimuth away from
+/// the forward direction −`known`: at grazing incidence a lobe is that much narrower in azimuth.
+const BINS: (usize, usize) = (8, 8);
+const FINE: usize = 48;
+
+fn azimuth(w: Vec3) -> f64 {
+    f64::from(w.y).atan2(f64::from(w.x))
+}
+
+fn bin(known: Vec3, w: Vec3) -> usize {
+    let theta = f64::from(w.z).clamp(-1.0, 1.0).acos() / PI;
+    let row = ((theta * BINS.0 as f64) as usize).min(BINS.0 - 1);
+    // By the sign, not by the angle: acos cannot tell the last directions above the horizon from it.
+    let row = if w.z > 0.0 { row.min(BINS.0 / 2 - 1) } else { row.max(BINS.0 / 2) };
+    let away = (azimuth(w) - azimuth(-known) + PI).rem_euclid(2.0 * PI) / PI - 1.0;
+    let t = 0.5 + 0.5 * away.abs().sqrt().copysign(away);
+    row * BINS.1 + ((t * BINS.1 as f64) as usize).min(BINS.1 - 1)
+}
+
+/// One direction for every cell of the sphere, with azimuth relative to the forward direction, and its solid angle.
+///
+/// Cells are met off their middles by multiples of the golden ratio: edges of a lobe (the facets' other side, the
+/// critical angle) may run along the grid, where the midpoint rule would see them all at one place.
+fn cells() -> Vec<(DVec3, f64)> {
+    let (rows, columns) = (BINS.0 * FINE, BINS.1 * FINE);
+    let (d_theta, d_t) = (PI / rows as f64, 2.0 / columns as f64);
+    let place = |i: usize, other: usize| i as f64 + (0.5 + 0.618_033_988_75 * other as f64).fract();
+    let cell = |i: usize, j: usize| {
+        let (sin, cos) = (place(i, j) * d_theta).sin_cos();
+        let t = place(j, i) * d_t - 1.0;
+        let (y, x) = (PI * t * t.abs()).sin_cos();
+        (DVec3::new(sin * x, sin * y, cos), sin * d_theta * 2.0 * PI * t.abs() * d_t)
+    };
+    (0..rows).flat_map(|i| (0..columns).map(move |j| cell(i, j))).collect()
+}
+
+/// ∫ g dω for every bin, over the given [`cells`].
+fn integrate<const N: usize>(
+    cells: &[(DVec3, f64)],
+    known: Vec3,
+    mut g: impl FnMut(Vec3) -> [f64; N],
+) -> Vec<[f64; N]> {
+    let (y, x) = azimuth(-known).sin_cos();
+    let mut bins = vec![[0.0; N]; BINS.0 * BINS.1];
+    for (k, (w, solid_angle)) in cells.iter().enumerate() {
+        let values = g(DVec3::new(x * w.x - y * w.y, y * w.x + x * w.y, w.z).as_vec3());
+        let (i, j) = (k / (BINS.1 * FINE), k % (BINS.1 * FINE));
+        for (sum, v) in bins[i / FINE * BINS.1 + j / FINE].iter_mut().zip(values) {
+            *sum += v * solid_angle;
+        }
+    }
+    bins
+}
+
+/// |dω_light/dω_camera| of a delta, from Snell's law.
+fn jacobian(bsdf: &Bsdf, to_camera: Vec3, to_light: Vec3) -> f64 {
+    let eta = f64::from(bsdf.relative_ior(to_camera, to_light));
+    f64::from(to_camera.z.abs()) / (eta * eta * f64::from(to_light.z.abs()))
+}
+
+/// The fraction of the power carried through a pair of directions, from the value `f` and the density `pdf` of either
+/// walk: radiance gains η² where it enters a denser medium without any gain of power (Veach 5.2), importance does not.
+fn power(bsdf: &Bsdf, transport: Transport, (to_camera, to_light): (Vec3, Vec3), f: f64) -> f64 {
+    match transport {
+        Transport::Radiance => f * f64::from(to_light.z.abs() * bsdf.relative_ior(to_camera, to_light).powi(2)),
+        Transport::Importance => f * f64::from(to_camera.z.abs()),
+    }
+}
+
+/// What `n` samples from one direction came to, and what they should have come to.
+struct Tally {
+    /// Samples of the continuous part by bin, of either delta, and of nothing.
+    observed: Vec<f64>,
+    /// Their expected probabilities.
+    expected: Vec<f64>,
+    /// Directional albedo (luminance): mean and standard error over samples, and by quadrature.
+    sampled_albedo: (f64, f64),
+    albedo: f64,
+}
+
+fn tally(
+    cells: &[(DVec3, f64)],
+    bsdf: &Bsdf,
+    transport: Transport,
+    known: Vec3,
+    random: &mut Independent,
+    n: usize,
+) -> Tally {
+    let bins = BINS.0 * BINS.1;
+    let mut observed = vec![0.0; bins + 3];
+    let mut delta_directions = [None; 2];
+    let (mut sum, mut sum2) = (0.0, 0.0);
+    for _ in 0..n {
+        let Some(sample) = bsdf.sample(known, transport, random.next_3d()) else {
+            observed[bins + 2] += 1.0;
+            continue;
+        };
+        let sides = transport.sides(known, sample.direction);
+        let (pdf, _) = sample.scatter.forward_reverse(transport);
+        let weight = power(bsdf, transport, sides, f64::from(luminance(sample.scatter.f)) / f64::from(pdf.0));
+        (sum, sum2) = (sum + weight, sum2 + weight * weight);
+        match sample.lobe {
+            Lobe::Continuous => observed[bin(known, sample.direction)] += 1.0,
+            Lobe::Delta(k) => {
+                assert!(k < bsdf.delta_count());
+                delta_directions[usize::from(k)] = Some(sample.direction);
+                observed[bins + usize::from(k)] += 1.0;
+            }
+        }
+    }
+    let mean = sum / n as f64;
+    let error = ((sum2 / n as f64 - mean * mean).max(0.0) / n as f64).sqrt();
+
+    let bins = integrate(cells, known, |direction| {
+        let sides = transport.sides(known, direction);
+        let scatter = bsdf.eval(Lobe::Continuous, sides.0, sides.1);
+        let pdf = f64::from(scatter.forward_reverse(transport).0.0);
+        assert!(bsdf.has_continuous() || scatter == Scatter::ZERO);
+        [pdf, power(bsdf, transport, sides, f64::from(luminance(scatter.f)))]
+    });
+    let mut expected: Vec<f64> = bins.iter().map(|b| b[0]).collect();
+    let mut albedo: f64 = bins.iter().map(|b| b[1]).sum();
+    for (k, direction) in delta_directions.into_iter().enumerate() {
+        let Some(direction) = direction else {
+            expected.push(0.0);
+            continue;
+        };
+        let (to_camera, to_light) = transport.sides(known, direction);
+        let scatter = bsdf.eval(Lobe::Delta(k as u8), to_camera, to_light);
+        let pdf = f64::from(scatter.forward_reverse(transport).0.0);
+        // The coefficients share one measure, on the light side: as a measure of the camera side, each divides by the
+        // Jacobian, after which the density is the lobe's probability again.
+        let own = if transport == Transport::Radiance { 1.0 } else { jacobian(bsdf, to_camera, to_light) };
+        expected.push(pdf / own);
+        albedo += power(bsdf, transport, (to_camera, to_light), f64::from(luminance(scatter.f)) / own);
+    }
+    expected.push(1.0 - expected.iter().sum::<f64>());
+    Tally { observed, expected, sampled_albedo: (mean, error), albedo }
+}
+
+/// The p-value of Pearson's χ² test, cells of fewer than 10 expected samples pooled.
+fn chi_squared(observed: &[f64], expected: &[f64]) -> f64 {
+    let n: f64 = observed.iter().sum();
+    let (mut statistic, mut cells, mut pool) = (0.0, 0, (0.0, 0.0));
+    for (o, e) in observed.iter().zip(expected) {
+        let e = e * n;
+        if e < 10.0 {
+            pool = (pool.0 + o, pool.1 + e);
+        } else {
+            statistic += (o - e) * (o - e) / e;
+            cells += 1;
+        }
+    }
+    // A pool of next to nothing is no χ² cell; it must hold next to nothing.
+    if pool.1 >= 10.0 {
+        statistic += (pool.0 - pool.1) * (pool.0 - pool.1) / pool.1;
+        cells += 1;
+    } else if pool.0 > pool.1.max(0.0) + 8.0 * pool.1.max(1.0).sqrt() {
+        return 0.0;
+    }
+    if cells < 2 { 1.0 } else { ChiSquared::new(f64::from(cells - 1)).unwrap().sf(statistic) }
+}
+
+#[test]
+fn samples_follow_their_densities_and_no_energy_is_gained() {
+    let table = table();
+    let n = 60_000;
+    let tests = table.len() * TRANSPORTS.len() * known_directions().len();
+    // Šidák: the whole table fails by chance once in a hundred seeds, and the seed is fixed.
+    let significance = 1.0 - 0.99_f64.powf(1.0 / tests as f64);
+    let cells = cells();
+    let (mut planted, mut caught) = (0, 0);
+    each_case(&table, |case, bsdf, transport, known, random| {
+        let Tally { observed, expected, sampled_albedo: (mean, error), albedo } =
+            tally(&cells, bsdf, transport, known, random, n);
+
+        // ∫ density + Σ P(delta) + P(nothing) = 1, the last from the frequency of `None`.
+        let nothing = expected[expected.len() - 1];
+        let frequency = observed[observed.len() - 1] / n as f64;
+        let sigma = (frequency.max(1.0 / n as f64) * (1.0 - frequency) / n as f64).sqrt();
+        assert!(
+            (nothing - frequency).abs() < 5.0 * sigma + 1e-3,
+            "{case}: ∫pdf = {}, P(None) = {frequency}",
+            1.0 - nothing
+        );
+
+        let p = chi_squared(&observed, &expected);
+        assert!(p > significance, "{case}: samples do not follow their density, p = {p:e}");
+
+        // White furnace, by sampling and by quadrature.
+        assert!(mean - 5.0 * error < 1.002 && albedo < 1.002, "{case}: albedo {mean} ± {error}, {albedo}");
+        assert!(
+            (mean - albedo).abs() < 5.0 * error + 2e-3,
+            "{case}: albedo {mean} ± {error} sampled, {albedo} integrated"
+        );
+
+        // The same test must notice a density that is 5 % too high on one side of the plane of incidence and 5 % too
+        // low on the other: nothing but the shape tells it from the right one.
+        if expected[..BINS.0 * BINS.1].iter().sum::<f64>() > 0.8 {
+            let mut wrong = expected.clone();
+            for (i, e) in wrong.iter_mut().take(BINS.0 * BINS.1).enumerate() {
+                *e *= if i % BINS.1 < BINS.1 / 2 { 1.05 } else { 0.95 };
+            }
+            planted += 1;
+            caught += usize::from(chi_squared(&observed, &wrong) < significance);
+        }
+    });
+    assert!(planted > 100 && caught * 100 > planted * 99, "{caught} of {planted} wrong densities caught");
+}
+
+#[test]
+fn smooth_clear_glass_loses_nothing() {
+    for (name, bsdf) in table() {
+        if !matches!(name, "glass, smooth" | "pane, smooth") {
+            continue;
+        }
+        each_case(&[(name, bsdf)], |case, bsdf, transport, known, random| {
+            for _ in 0..200 {
+                let sample = bsdf.sample(known, transport, random.next_3d()).expect("nothing is absorbed");
+                let (mut to_camera, mut to_light) = transport.sides(known, sample.direction);
+                let weight = sample.scatter.f / sample.scatter.forward_reverse(transport).0.0;
+                let weight = power(bsdf, transport, (to_camera, to_light), f64::from(weight.x));
+                assert!((weight - 1.0).abs() < 2e-5, "{case}: {weight}");
+                if transport == Transport::Importance {
+                    (to_camera, to_light) = (to_light, to_camera);
+                }
+                assert_eq!(
+                    bsdf.relative_ior(to_camera, to_light) != 1.0,
+                    name.starts_with("glass") && to_camera.z * to_light.z < 0.0
+                );
+            }
+        });
+    }
+}
+
+fn close(a: f32, b: f32, tolerance: f32) -> bool {
+    (a - b).abs() <= tolerance * a.abs().max(b.abs()) + 1e-12
+}
+
+#[test]
+fn continuous_scattering_is_reciprocal() {
+    let bsdfs = [table(), narrow()].concat();
+    each_case(&bsdfs, |case, bsdf, transport, known, random| {
+        for _ in 0..200 {
+            let Some(sample) = bsdf.sample(known, transport, random.next_3d()) else { continue };
+            if sample.lobe != Lobe::Continuous {
+                continue;
+            }
+            let (c, l) = transport.sides(known, sample.direction);
+            let (ab, ba) = (bsdf.eval(sample.lobe, c, l), bsdf.eval(sample.lobe, l, c));
+            let eta2 = bsdf.relative_ior(c, l).powi(2);
+            let (forward, backward) = (ab.f * eta2, ba.f);
+            for i in 0..3 {
+                assert!(close(forward[i], backward[i], 1e-4), "{case}: {forward} to {l}, {backward} back");
+            }
+            assert!(close(ab.to_light.0, ba.to_camera.0, 1e-4) && close(ab.to_camera.0, ba.to_light.0, 1e-4), "{case}");
+            assert_eq!(bsdf.event(sample.lobe, c, l), bsdf.event(sample.lobe, l, c), "{case}");
+        }
+    });
+}
+
+#[test]
+fn a_sample_carries_what_eval_returns() {
+    let bsdfs = [table(), narrow()].concat();
+    each_case(&bsdfs, |case, bsdf, transport, known, random| {
+        for _ in 0..200 {
+            let Some(sample) = bsdf.sample(known, transport, random.next_3d()) else { continue };
+            let (to_camera, to_light) = transport.sides(known, sample.direction);
+            assert_eq!(sample.scatter, bsdf.eval(sample.lobe, to_camera, to_light), "{case}");
+            assert!((sample.direction.length() - 1.0).abs() < 1e-5, "{case}");
+            assert!(sample.lobe != Lobe::Continuous || bsdf.has_continuous(), "{case}");
+        }
+    });
+}
+
+/// The direction that a delta lobe leads to, found by sampling.
+fn follow(bsdf: &Bsdf, lobe: Lobe, known: Vec3, transport: Transport) -> Option<BsdfSample> {
+    (0..512).find_map(|i| {
+        bsdf.sample(known, transport, Vec3::new(0.5, 0.5, (i as f32 + 0.5) / 512.0)).filter(|s| s.lobe == lobe)
+    })
+}
+
+#[test]
+fn deltas_lead_back_and_carry_their_jacobian() {
+    let mut checked = 0;
+    each_case(&table(), |case, bsdf, transport, known, _| {
+        for k in 0..bsdf.delta_count() {
+            let lobe = Lobe::Delta(k);
+            let Some(there) = follow(bsdf, lobe, known, transport) else { continue };
+            let other = TRANSPORTS[usize::from(transport == Transport::Radiance)];
+            let back = follow(bsdf, lobe, there.direction, other).expect("light goes both ways");
+            let tolerance = 1e-6 / known.z.abs().min(there.direction.z.abs());
+            assert!((back.direction - known).length() < tolerance, "{case}: back to {}", back.direction);
+            let (s, t) = (there.scatter, back.scatter);
+            assert!(close(s.f.x, t.f.x, 1e-3) && close(s.to_light.0, t.to_light.0, 1e-3), "{case}: {s:?} {t:?}");
+            assert!(close(s.to_camera.0, t.to_camera.0, 1e-3), "{case}: {s:?} {t:?}");
+
+            // The Jacobian by finite differences of the direction itself, in radiance form, from known to its image.
+            if transport == Transport::Importance {
+                continue;
+            }
+            let frame = crate::math::Frame::around(known);
+            let step = 0.05 * known.z.abs().min(there.direction.z.abs()).min(0.2);
+            let image = |x: f32, y: f32| {
+                follow(bsdf, lobe, frame.to_world(Vec3::new(x, y, 1.0)).normalize(), transport).unwrap().direction
+            };
+            let dx = (image(step, 0.0) - image(-step, 0.0)) / (2.0 * step);
+            let dy = (image(0.0, step) - image(0.0, -step)) / (2.0 * step);
+            let measured = dx.cross(dy).length();
+            // P(lobe) from the light's side is the forward density of the same walk begun there.
+            let p = bsdf.eval(lobe, there.direction, known).to_light.0;
+            assert!(close(s.to_camera.0, p * measured, 1e-2), "{case}: {} against {}", s.to_camera.0, p * measured);
+            checked += 1;
+        }
+    });
+    assert!(checked > 40, "{checked}");
+}
+
+#[test]
+fn without_a_coat_plastic_is_lambertian_and_a_smooth_metal_is_a_mirror() {
+    let (base_color, f0) = (Rgb::new(0.9, 0.3, 0.1), Rgb::ZERO);
+    let lambert = Bsdf::Diffuse(Diffuse { albedo: base_color });
+    for alpha in [0.0, 0.4] {
+        let plastic = MetallicRoughness { base_color, metallic: 0.0, alpha, dielectric_f0: f0, dielectric_f90: 0.0 };
+        assert_eq!(plastic.delta_count(), 0);
+        each_case(&[("", Bsdf::MetallicRoughness(plastic))], |_, bsdf, transport, known, random| {
+            let u = random.next_3d();
+            let (ours, lamberts) = (bsdf.sample(known, transport, u), lambert.sample(known, transport, u));
+            assert_eq!(ours.unwrap().direction, lamberts.unwrap().direction);
+            assert_eq!(ours.unwrap().scatter, lamberts.unwrap().scatter);
+            let (c, l) = (known, lamberts.unwrap().direction);
+            assert_eq!(bsdf.event(Lobe::Continuous, c, l), ScatterEvent::Diffuse);
+        });
+    }
+    let mirror = MetallicRoughness::metal(base_color, 0.0);
+    assert!(!mirror.has_continuous() && mirror.delta_count() == 1);
+}
+
+fn direction() -> impl Strategy<Value = Vec3> {
+    // Heights down to the last bits above the surface, where the divisions are.
+    (-1.0..1.0_f32, 0..9, 0.0..6.3_f32).prop_map(|(z, exponent, phi)| {
+        let z = z * 0.1_f32.powi(exponent);
+        let r = (1.0 - z * z).sqrt();
+        Vec3::new(r * phi.cos(), r * phi.sin(), z)
+    })
+}
+
+fn any_bsdf() -> impl Strategy<Value = Bsdf> {
+    let unit = || prop_oneof![Just(0.0_f32), Just(1.0), 0.0..1.0_f32];
+    let alpha = prop_oneof![Just(0.0_f32), Just(1.0), Just(microfacet::SMOOTH_ALPHA), 0.0..1.0_f32];
+    let ior = prop_oneof![Just(1.0_f32), 0.9998..1.0002_f32, 0.3..4.0_f32];
+    (0..4, [unit(), unit(), unit()], alpha, ior, unit(), [unit(), unit()]).prop_map(
+        |(kind, color, alpha, ior, fraction, [f0, f90])| {
+            let color = Rgb::from_array(color);
+            match kind {
+                0 => Bsdf::Diffuse(Diffuse { albedo: color }),
+                1 => Bsdf::MetallicRoughness(MetallicRoughness {
+                    base_color: color,
+                    metallic: fraction,
+                    alpha,
+                    dielectric_f0: Rgb::new(f0 * f90, 0.5 * f0 * f90, 0.04 * f90),
+                    dielectric_f90: f90,
+                }),
+                2 => Bsdf::Dielectric(Dielectric { color, ior, alpha, transmission: fraction }),
+                _ => Bsdf::Thin(ThinDielectric { color, ior, alpha, transmission: fraction }),
+            }
+        },
+    )
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(20_000))]
+
+    #[test]
+    fn everything_is_finite_and_nothing_negative(
+        bsdf in any_bsdf(), a in direction(), b in direction(), u in [0.0..1.0_f32, 0.0..1.0, 0.0..1.0],
+    ) {
+        let check = |s: Scatter| s.f.is_finite() && s.f.min_element() >= 0.0
+            && s.to_light.0.is_finite() && s.to_light.0 >= 0.0
+            && s.to_camera.0.is_finite() && s.to_camera.0 >= 0.0;
+        for lobe in [Lobe::Continuous, Lobe::Delta(0), Lobe::Delta(1)] {
+            for b in [b, a, -a, mirrored(a), -mirrored(a)] {
+                let s = bsdf.eval(lobe, a, b);
+                prop_assert!(check(s), "{:?} {:?}", lobe, s);
+                // Only deltas are told apart from nothing by the lobe; what scatters can be sampled from both ends.
+                if lobe == Lobe::Continuous && s.f.max_element() > 1e-6 {
+                    prop_assert!(s.to_light.0 > 0.0 && s.to_camera.0 > 0.0, "{:?}", s);
+                }
+            }
+        }
+        for transport in TRANSPORTS {
+            if let Some(sample) = bsdf.sample(a, transport, Vec3::from_array(u)) {
+                let (c, l) = transport.sides(a, sample.direction);
+                prop_assert!(check(sample.scatter), "{:?}", sample);
+                prop_assert!(sample.direction.is_finite() && (sample.direction.length() - 1.0).abs() < 1e-4);
+                prop_assert!(sample.scatter.forward_reverse(transport).0.0 > 0.0 && sample.scatter.f != Rgb::ZERO);
+                prop_assert_eq!(sample.scatter, bsdf.eval(sample.lobe, c, l));
+            }
+        }
+    }
+}

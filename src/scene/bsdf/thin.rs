@@ -71,7 +71,7 @@ impl ThinDielectric {
     pub fn eval(&self, lobe: Lobe, to_camera: Vec3, to_light: Vec3) -> Scatter {
         let Lobe::Delta(k) = lobe else {
             let (diffuse, specular) = self.lobes(to_camera, to_light);
-            return diffuse + specular;
+            return Scatter::sum(diffuse, specular);
         };
         let same_side = to_camera.z * to_light.z > 0.0;
         if !self.is_smooth() || k != u8::from(!same_side) {
