@@ -4,7 +4,6 @@ use std::path::Path;
 
 use glam::Vec3;
 use pathspace::{
-    io,
     math::Rgb,
     sampling::Filter,
     scene::{
@@ -33,10 +32,10 @@ pub fn load(name: &str, sensor: Sensor) -> Scene {
 
 /// Any glTF file with its first camera.
 pub fn load_file(path: &Path, sensor: Sensor) -> Scene {
-    let loaded = io::load(path).unwrap_or_else(|e| panic!("{e}"));
+    /*let loaded = io::load(path).unwrap_or_else(|e| panic!("{e}"));
     let c = &loaded.cameras[0];
     let camera = Camera::look_at(c.position, c.position + c.forward, c.up, c.yfov, sensor);
-    Scene::new(loaded.geometry, loaded.materials, &[], camera)
+    Scene::new(loaded.geometry, loaded.materials, &[], camera)*/ todo!()
 }
 
 /// Two triangles a, b, c and a, c, d; front where they are counter-clockwise.

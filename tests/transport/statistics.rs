@@ -55,6 +55,12 @@ impl Estimate {
         Self { mean, ..self.clone() }
     }
 
+    /// The p-value of a known mean in every region and channel, after Šidák's correction.
+    pub fn p_of_mean(&self, expected: f64) -> f64 {
+        let known = Self { mean: vec![expected; self.mean.len()], error2: vec![0.0; self.mean.len()], replicates: self.replicates };
+        Comparison::new(self, &known).p
+    }
+
     /// The mean of the whole image, averaged over channels.
     pub fn image_mean(&self) -> f64 {
         self.mean[..3].iter().sum::<f64>() / 3.0
@@ -109,6 +115,7 @@ impl fmt::Display for Comparison {
 
 fn freedom(a: &Estimate, b: &Estimate, i: usize) -> f64 {
     let (x, y) = (a.error2[i], b.error2[i]);
+    debug_assert!(x + y > 0.0);
     (x + y).powi(2) / (x * x / (a.replicates - 1.0) + y * y / (b.replicates - 1.0))
 }
 

@@ -1,0 +1,236 @@
+//! Accessors: typed arrays in the buffers, read only where every byte was shown to be there.
+
+use glam::Vec3;
+use gltf_json::{
+    Index, Root,
+    accessor::{Accessor, ComponentType, Type},
+    buffer::View,
+    validation::Checked,
+};
+
+use super::{buffer::Buffers, error::Fault};
+
+/// More elements than this are refused before memory is taken (a zero-filled accessor has no bytes that bound it).
+const MAX_COUNT: u64 = 1 << 28;
+
+/// Checks every buffer view and accessor of the document, used or not, against the sizes that it declares.
+pub(super) fn check(root: &Root) -> Result<(), Fault> {
+    for (i, view) in root.buffer_views.iter().enumerate() {
+        let have = root.buffers.get(view.buffer.value()).map_or(0, |buffer| buffer.byte_length.0);
+        let end = view.byte_offset.unwrap_or_default().0.checked_add(view.byte_length.0);
+        if end.is_none_or(|end| end > have) {
+            let what = format!("the view reaches beyond the {have} bytes of buffer {}", view.buffer.value());
+            return Err(Fault::invalid(format!("/bufferViews/{i}"), what));
+        }
+    }
+    for (i, accessor) in root.accessors.iter().enumerate() {
+        let at = format!("/accessors/{i}");
+        let size = element_size(accessor, &at)?;
+        if accessor.count.0 > MAX_COUNT {
+            let what = format!("{} elements are announced, and {MAX_COUNT} is the limit", accessor.count.0);
+            return Err(Fault::too_large(format!("{at}/count"), what));
+        }
+        if let Some(view) = accessor.buffer_view {
+            span(root, view, accessor.byte_offset.unwrap_or_default().0, accessor.count.0, size, &at)?;
+        }
+        if let Some(sparse) = &accessor.sparse {
+            let at = format!("{at}/sparse");
+            if sparse.count.0 > accessor.count.0 {
+                return Err(Fault::invalid(format!("{at}/count"), "there are more sparse elements than elements"));
+            }
+            let Checked::Valid(index) = &sparse.indices.component_type else {
+                return Err(Fault::invalid(
+                    format!("{at}/indices/componentType"),
+                    "this component type does not exist",
+                ));
+            };
+            let indices = &sparse.indices;
+            span(root, indices.buffer_view, indices.byte_offset.0, sparse.count.0, index.0.size(), &at)?;
+            span(root, sparse.values.buffer_view, sparse.values.byte_offset.0, sparse.count.0, size, &at)?;
+        }
+    }
+    Ok(())
+}
+
+/// Where an array lies in its buffer: all of it is within the view, and the view within the buffer's declared size.
+struct Span {
+    buffer: usize,
+    start: usize,
+    stride: usize,
+}
+
+fn span(root: &Root, view: Index<View>, offset: u64, count: u64, size: usize, at: &str) -> Result<Span, Fault> {
+    let Some(v) = root.buffer_views.get(view.value()) else {
+        return Err(Fault::invalid(at, format!("there is no buffer view {}", view.value())));
+    };
+    let stride = v.byte_stride.map_or(size, |stride| stride.0);
+    let end = (stride as u64)
+        .checked_mul(count.saturating_sub(1))
+        .and_then(|bytes| bytes.checked_add(if count == 0 { 0 } else { size as u64 })?.checked_add(offset));
+    if end.is_none_or(|end| end > v.byte_length.0) {
+        let what = format!(
+            "{count} elements of {size} bytes from byte {offset} do not fit into the {} bytes of buffer view {}",
+            v.byte_length.0,
+            view.value()
+        );
+        return Err(Fault::invalid(at, what));
+    }
+    let start = usize::try_from(v.byte_offset.unwrap_or_default().0.saturating_add(offset));
+    let start = start.map_err(|_| Fault::too_large(at, "an offset exceeds the machine's address space"))?;
+    Ok(Span { buffer: v.buffer.value(), start, stride })
+}
+
+fn layout(accessor: &Accessor, at: &str) -> Result<(ComponentType, Type), Fault> {
+    match (&accessor.component_type, &accessor.type_) {
+        (Checked::Valid(component), Checked::Valid(kind)) => Ok((component.0, *kind)),
+        (Checked::Invalid, _) => {
+            Err(Fault::invalid(format!("{at}/componentType"), "this component type does not exist"))
+        }
+        (_, Checked::Invalid) => Err(Fault::invalid(format!("{at}/type"), "this accessor type does not exist")),
+    }
+}
+
+/// The bytes of an element; the columns of a matrix begin on multiples of four.
+fn element_size(accessor: &Accessor, at: &str) -> Result<usize, Fault> {
+    let (component, kind) = layout(accessor, at)?;
+    let rows = match kind {
+        Type::Mat2 => 2,
+        Type::Mat3 => 3,
+        Type::Mat4 => 4,
+        _ => return Ok(component.size() * kind.multiplicity()),
+    };
+    Ok((component.size() * rows).next_multiple_of(4) * rows)
+}
+
+/// The accessors of a checked document.
+#[derive(Clone, Copy)]
+pub(super) struct Accessors<'a> {
+    root: &'a Root,
+    buffers: &'a Buffers,
+}
+
+/// The elements of an accessor, packed, with its sparse elements put in.
+struct Packed {
+    bytes: Vec<u8>,
+    component: ComponentType,
+    normalized: bool,
+}
+
+impl<'a> Accessors<'a> {
+    /// `root` has passed [`check`], and `buffers` are those of `root`.
+    pub(super) fn new(root: &'a Root, buffers: &'a Buffers) -> Self {
+        Self { root, buffers }
+    }
+
+    /// The number of elements.
+    pub(super) fn count(&self, index: Index<Accessor>) -> usize {
+        self.root.get(index).map_or(0, |accessor| accessor.count.0 as usize)
+    }
+
+    /// Unsigned integers: the indices of a primitive.
+    pub(super) fn indices(&self, index: Index<Accessor>) -> Result<Vec<u32>, Fault> {
+        let packed = self.packed(index, Type::Scalar, "a primitive's indices are scalars")?;
+        if packed.normalized {
+            return Err(Fault::invalid(pointer(index), "indices cannot be normalized"));
+        }
+        integers(&packed.bytes, packed.component).ok_or_else(|| {
+            Fault::invalid(format!("{}/componentType", pointer(index)), "indices must be unsigned integers")
+        })
+    }
+
+    /// Vectors of three floats, or of the integers that `KHR_mesh_quantization` admits. Not checked for being finite.
+    pub(super) fn vec3(&self, index: Index<Accessor>) -> Result<Vec<Vec3>, Fault> {
+        let packed = self.packed(index, Type::Vec3, "positions and normals have type VEC3")?;
+        let numbers = floats(&packed).ok_or_else(|| {
+            let what = "positions and normals are floats, or 8 or 16 bit integers";
+            Fault::invalid(format!("{}/componentType", pointer(index)), what)
+        })?;
+        Ok(numbers.chunks_exact(3).map(Vec3::from_slice).collect())
+    }
+
+    fn packed(&self, index: Index<Accessor>, kind: Type, rule: &str) -> Result<Packed, Fault> {
+        let at = pointer(index);
+        let accessor = self.root.get(index).ok_or_else(|| Fault::invalid(&at, "there is no such accessor"))?;
+        let (component, have) = layout(accessor, &at)?;
+        if have != kind {
+            return Err(Fault::invalid(format!("{at}/type"), rule));
+        }
+        let size = element_size(accessor, &at)?;
+        let count = accessor.count.0 as usize;
+        let mut bytes = match accessor.buffer_view {
+            Some(view) => self.gather(view, accessor.byte_offset.unwrap_or_default().0, count, size, &at)?,
+            None => vec![0; count * size],
+        };
+        if let Some(sparse) = &accessor.sparse {
+            let at = format!("{at}/sparse");
+            let Checked::Valid(kind) = &sparse.indices.component_type else {
+                return Err(Fault::invalid(at, "the component type of the indices does not exist"));
+            };
+            let n = sparse.count.0 as usize;
+            let places =
+                self.gather(sparse.indices.buffer_view, sparse.indices.byte_offset.0, n, kind.0.size(), &at)?;
+            let places = integers(&places, kind.0)
+                .ok_or_else(|| Fault::invalid(format!("{at}/indices"), "sparse indices must be unsigned integers"))?;
+            let values = self.gather(sparse.values.buffer_view, sparse.values.byte_offset.0, n, size, &at)?;
+            for (i, (&place, value)) in places.iter().zip(values.chunks_exact(size)).enumerate() {
+                let place = place as usize;
+                if place >= count {
+                    let what = format!("element {i} is index {place}, and the accessor has {count} elements");
+                    return Err(Fault::invalid(format!("{at}/indices"), what));
+                }
+                bytes[place * size..(place + 1) * size].copy_from_slice(value);
+            }
+        }
+        Ok(Packed { bytes, component, normalized: accessor.normalized })
+    }
+
+    fn gather(&self, view: Index<View>, offset: u64, count: usize, size: usize, at: &str) -> Result<Vec<u8>, Fault> {
+        let Span { buffer, start, stride } = span(self.root, view, offset, count as u64, size, at)?;
+        let Some(data) = self.buffers.get(buffer).and_then(Option::as_ref) else {
+            let what = "the buffer has no URI, and the file no binary chunk for it";
+            return Err(Fault::invalid(format!("/buffers/{buffer}"), what));
+        };
+        let data = data.get(start..).unwrap_or(&[]);
+        if stride == size {
+            return Ok(data[..count * size].to_vec());
+        }
+        let mut out = Vec::with_capacity(count * size);
+        for i in 0..count {
+            out.extend_from_slice(&data[i * stride..i * stride + size]);
+        }
+        Ok(out)
+    }
+}
+
+/// The JSON pointer of an accessor.
+pub(super) fn pointer(index: Index<Accessor>) -> String {
+    format!("/accessors/{}", index.value())
+}
+
+fn integers(bytes: &[u8], component: ComponentType) -> Option<Vec<u32>> {
+    Some(match component {
+        ComponentType::U8 => bytes.iter().map(|&b| u32::from(b)).collect(),
+        ComponentType::U16 => bytes.as_chunks::<2>().0.iter().map(|&b| u32::from(u16::from_le_bytes(b))).collect(),
+        ComponentType::U32 => bytes.as_chunks::<4>().0.iter().map(|&b| u32::from_le_bytes(b)).collect(),
+        _ => return None,
+    })
+}
+
+fn floats(packed: &Packed) -> Option<Vec<f32>> {
+    let bytes = &packed.bytes;
+    // glTF 2.0 specification, 3.6.2.2: c / (2^bits − 1), and −1 at least for signed types.
+    let scale = |max: f32| if packed.normalized { 1.0 / max } else { 1.0 };
+    let signed = |c: f32, max: f32| if packed.normalized { (c / max).max(-1.0) } else { c };
+    Some(match packed.component {
+        ComponentType::F32 => bytes.as_chunks::<4>().0.iter().map(|&b| f32::from_le_bytes(b)).collect(),
+        ComponentType::U8 => bytes.iter().map(|&b| f32::from(b) * scale(255.0)).collect(),
+        ComponentType::I8 => bytes.iter().map(|&b| signed(f32::from(b.cast_signed()), 127.0)).collect(),
+        ComponentType::U16 => {
+            bytes.as_chunks::<2>().0.iter().map(|&b| f32::from(u16::from_le_bytes(b)) * scale(65535.0)).collect()
+        }
+        ComponentType::I16 => {
+            bytes.as_chunks::<2>().0.iter().map(|&b| signed(f32::from(i16::from_le_bytes(b)), 32767.0)).collect()
+        }
+        ComponentType::U32 => return None,
+    })
+}

@@ -1,0 +1,174 @@
+//! Meshes: primitives as indexed triangles, and their placement in world space.
+
+use glam::{DMat3, Vec3};
+use gltf_json::{
+    Index, Root,
+    mesh::{Mode, Primitive, Semantic},
+    validation::Checked,
+};
+
+use super::{
+    accessor::{self, Accessors},
+    error::Fault,
+    node::Placed,
+};
+
+/// More triangles than this, instances counted, are refused before they are made.
+pub(super) const MAX_TRIANGLES: usize = 1 << 27;
+
+/// A primitive's triangles in the space of its mesh: read once, placed by every node that shows it.
+pub(super) struct Part {
+    pub(super) positions: Vec<Vec3>,
+    pub(super) normals: Option<Vec<Vec3>>,
+    pub(super) triangles: Vec<[u32; 3]>,
+    /// The file's material, `None` for the default one.
+    pub(super) material: Option<usize>,
+}
+
+/// Reads the primitives of a mesh that are made of triangles.
+pub(super) fn read(
+    root: &Root,
+    accessors: Accessors<'_>,
+    mesh: usize,
+    warnings: &mut Vec<String>,
+) -> Result<Vec<Part>, Fault> {
+    let mut parts = Vec::new();
+    let Some(mesh_source) = root.meshes.get(mesh) else { return Ok(parts) };
+    for (i, primitive) in mesh_source.primitives.iter().enumerate() {
+        parts.extend(part(accessors, primitive, &format!("/meshes/{mesh}/primitives/{i}"), warnings)?);
+    }
+    Ok(parts)
+}
+
+fn part(
+    accessors: Accessors<'_>,
+    primitive: &Primitive,
+    at: &str,
+    warnings: &mut Vec<String>,
+) -> Result<Option<Part>, Fault> {
+    let mode = match primitive.mode {
+        Checked::Valid(mode @ (Mode::Triangles | Mode::TriangleStrip | Mode::TriangleFan)) => mode,
+        Checked::Valid(mode) => {
+            let what = if mode == Mode::Points { "points" } else { "lines" };
+            warnings.push(format!("{at} consists of {what}, which have no area: skipped"));
+            return Ok(None);
+        }
+        Checked::Invalid => return Err(Fault::invalid(format!("{at}/mode"), "this primitive mode does not exist")),
+    };
+    let attribute = |semantic| primitive.attributes.get(&Checked::Valid(semantic)).copied();
+    let Some(source) = attribute(Semantic::Positions) else {
+        warnings.push(format!("{at} has no positions: skipped"));
+        return Ok(None);
+    };
+    let positions = accessors.vec3(source)?;
+    if let Some(i) = positions.iter().position(|p| !p.is_finite()) {
+        let what = format!("the position in element {i} is not finite: {}", positions[i]);
+        return Err(Fault::invalid(accessor::pointer(source), what));
+    }
+    let corners = match primitive.indices {
+        Some(indices) => in_range(accessors.indices(indices)?, positions.len(), indices)?,
+        None => (0..positions.len() as u32).collect(),
+    };
+    let triangles = triangles(&corners, mode, at, warnings);
+    let mut normals = None;
+    if let Some(source) = attribute(Semantic::Normals) {
+        if accessors.count(source) != positions.len() {
+            let what = format!("there are {} normals for {} positions", accessors.count(source), positions.len());
+            return Err(Fault::invalid(format!("{at}/attributes/NORMAL"), what));
+        }
+        let mut read = accessors.vec3(source)?;
+        mend(&mut read, &positions, &triangles, at, warnings);
+        normals = Some(read);
+    }
+    if primitive.targets.as_ref().is_some_and(|targets| !targets.is_empty()) {
+        warnings.push(format!("{at} has morph targets, which are not read yet: shown without"));
+    }
+    Ok(Some(Part { positions, normals, triangles, material: primitive.material.map(|m| m.value()) }))
+}
+
+fn in_range(corners: Vec<u32>, positions: usize, indices: Index<gltf_json::Accessor>) -> Result<Vec<u32>, Fault> {
+    match corners.iter().position(|&corner| corner as usize >= positions) {
+        None => Ok(corners),
+        Some(i) => {
+            let what = format!("element {i} is index {}, and there are {positions} positions", corners[i]);
+            Err(Fault::invalid(accessor::pointer(indices), what))
+        }
+    }
+}
+
+/// The triangles of a list, strip or fan, all wound alike (glTF 2.0 specification, 3.7.2.1).
+fn triangles(corners: &[u32], mode: Mode, at: &str, warnings: &mut Vec<String>) -> Vec<[u32; 3]> {
+    let left_over = match mode {
+        Mode::Triangles => corners.len() % 3,
+        _ if corners.len() < 3 => corners.len(),
+        _ => 0,
+    };
+    if left_over > 0 {
+        warnings.push(format!("{at}: the last {left_over} corners make no triangle: skipped"));
+    }
+    match mode {
+        Mode::TriangleStrip => corners
+            .windows(3)
+            .enumerate()
+            .map(|(i, w)| if i % 2 == 0 { [w[0], w[1], w[2]] } else { [w[0], w[2], w[1]] })
+            .collect(),
+        Mode::TriangleFan => corners.windows(2).skip(1).map(|w| [w[0], w[1], corners[0]]).collect(),
+        _ => corners.as_chunks::<3>().0.to_vec(),
+    }
+}
+
+/// Replaces normals that have no direction by the geometric normal of a triangle at that corner.
+fn mend(normals: &mut [Vec3], positions: &[Vec3], triangles: &[[u32; 3]], at: &str, warnings: &mut Vec<String>) {
+    let usable = |n: Vec3| n.is_finite() && n.length_squared() > 1e-12 && n.length_squared().is_finite();
+    let mut mended = 0_usize;
+    let mut bad: Vec<bool> = normals.iter().map(|&n| !usable(n)).collect();
+    if bad.iter().all(|&bad| !bad) {
+        return;
+    }
+    for t in triangles.iter().map(|t| t.map(|i| i as usize)) {
+        let [a, b, c] = t.map(|i| positions[i]);
+        let Some(normal) = (b - a).cross(c - a).try_normalize() else { continue };
+        for i in t.into_iter().filter(|&i| std::mem::take(&mut bad[i])) {
+            normals[i] = normal;
+            mended += 1;
+        }
+    }
+    // What is left belongs to no triangle with an area: any unit vector will do.
+    for (normal, _) in normals.iter_mut().zip(&bad).filter(|&(_, &bad)| bad) {
+        *normal = Vec3::Y;
+    }
+    if mended > 0 {
+        warnings.push(format!("{at}: {mended} normals have no direction and were taken from the triangles"));
+    }
+}
+
+/// World-space triangles, as `Geometry::add_triangles` takes them.
+pub(super) struct World {
+    pub(super) positions: Vec<Vec3>,
+    pub(super) normals: Option<Vec<Vec3>>,
+    pub(super) triangles: Vec<[u32; 3]>,
+}
+
+/// Places a part. A transform that mirrors also turns the winding, so that N_g stays on the side that was the front;
+/// normals go with the inverse transpose.
+pub(super) fn place(part: &Part, node: &Placed) -> Result<World, Fault> {
+    let m = node.to_world.matrix3;
+    let to_world = |p: &Vec3| node.to_world.transform_point3(p.as_dvec3()).as_vec3();
+    let positions: Vec<Vec3> = part.positions.iter().map(to_world).collect();
+    if let Some(i) = positions.iter().position(|p| !p.is_finite()) {
+        let what = format!("vertex {i} of the node's mesh lies at {} in world space", positions[i]);
+        return Err(Fault::invalid(node.pointer(), what));
+    }
+    let mirrored = m.determinant() < 0.0;
+    let turn = |&[a, b, c]: &[u32; 3]| if mirrored { [a, c, b] } else { [a, b, c] };
+    // The cofactors are the inverse transpose up to the determinant, and exist for a flattened node too.
+    let sign = if mirrored { -1.0 } else { 1.0 };
+    let (x, y, z) = (m.x_axis, m.y_axis, m.z_axis);
+    let cofactors = DMat3::from_cols(y.cross(z), z.cross(x), x.cross(y)) * sign;
+    let normal = |n: &Vec3| (cofactors * n.as_dvec3()).try_normalize().map_or(*n, |n| n.as_vec3());
+    Ok(World {
+        positions,
+        normals: part.normals.as_ref().map(|normals| normals.iter().map(normal).collect()),
+        triangles: part.triangles.iter().map(turn).collect(),
+    })
+}

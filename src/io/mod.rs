@@ -1,0 +1,269 @@
+//! Reading scenes: glTF 2.0, as `.gltf` and `.glb`.
+//!
+//! [`load`] reads a file into world space: triangles and spheres as [`Geometry`], [`Material`]s, lights without a surface,
+//! and cameras. Whatever is wrong with a file is one sentence ([`LoadError`]); whatever it asks for that this version does
+//! not do is a sentence in [`Loaded::warnings`]; no input makes it panic.
+//!
+//! # Extensions
+//! `KHR_lights_punctual`, `KHR_mesh_quantization`, and of the materials `KHR_materials_emissive_strength`, `_ior`,
+//! `_specular`, `_transmission` and `_volume`. A *required* extension outside of this list is an error, an optional one a
+//! warning. Ours is the node extension
+//!
+//! ```json
+//! "extensions": { "PATHSPACE_sphere": { "radius": 0.5, "material": 2 } }
+//! ```
+//!
+//! an analytic sphere around the node's origin with the radius in the node's units (the node's scale must be uniform) and a
+//! material of the file (without one, the default material). It faces outward. Another reader shows nothing there.
+//!
+//! # Materials
+//! Which glTF material becomes which BSDF stands at the head of `material.rs`. `doubleSided` decides which sides of an
+//! emitter emit and nothing else: back faces are never culled, and reflect as front faces do.
+
+mod accessor;
+mod buffer;
+mod document;
+mod error;
+mod light;
+mod material;
+mod mesh;
+mod node;
+
+#[cfg(test)]
+mod tests;
+
+use std::path::Path;
+
+use gltf_json::Root;
+use serde_json::Value;
+
+pub use error::LoadError;
+pub use light::{NamedCamera, PunctualLight};
+
+use crate::scene::{
+    geometry::Geometry,
+    material::{Material, MaterialId},
+};
+use accessor::Accessors;
+use buffer::{Buffers, Hash};
+use error::{Fault, one_line};
+use mesh::{MAX_TRIANGLES, Part};
+use node::Placed;
+
+/// A scene as its file describes it.
+#[derive(Clone, Debug)]
+pub struct Loaded {
+    /// Triangles and spheres in world space, not yet built into a tree.
+    pub geometry: Geometry,
+    /// The materials: those of the file in its order, then the default material if something uses it.
+    pub materials: Vec<Material>,
+    /// Lights without a surface. Emissive surfaces are found by their materials.
+    pub lights: Vec<PunctualLight>,
+    /// The perspective cameras, in the order of the hierarchy.
+    pub cameras: Vec<NamedCamera>,
+    /// What the file asks for and does not get, one sentence each.
+    pub warnings: Vec<String>,
+    /// SHA-256 of all bytes that were read (the file and the buffers beside it), in hexadecimal.
+    pub hash: String,
+    /// What the file contains, shown or not.
+    pub summary: Summary,
+}
+
+/// Counts of what a file contains, for `pathspace info`.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Summary {
+    /// Whether the file is a GLB.
+    pub binary: bool,
+    /// Who wrote it, as it says.
+    pub generator: Option<String>,
+    /// Number of scenes.
+    pub scenes: usize,
+    /// Number of nodes.
+    pub nodes: usize,
+    /// Number of meshes.
+    pub meshes: usize,
+    /// Number of materials.
+    pub materials: usize,
+    /// Number of textures.
+    pub textures: usize,
+    /// Number of images.
+    pub images: usize,
+    /// Number of cameras, orthographic ones included.
+    pub cameras: usize,
+    /// Number of animations.
+    pub animations: usize,
+    /// Number of skins.
+    pub skins: usize,
+    /// Number of triangles in the scene, instances counted.
+    pub triangles: usize,
+    /// Number of analytic spheres in the scene.
+    pub spheres: usize,
+    /// The extensions that it uses.
+    pub extensions_used: Vec<String>,
+    /// The extensions that it cannot do without.
+    pub extensions_required: Vec<String>,
+}
+
+/// Reads a `.gltf` or `.glb` file with the buffers beside it.
+///
+/// # Errors
+/// A [`LoadError`] says in one sentence what keeps the file from being read.
+pub fn load(path: &Path) -> Result<Loaded, LoadError> {
+    let file = one_line(&path.display().to_string());
+    match buffer::file(path) {
+        Ok(bytes) => read(&bytes, path.parent().unwrap_or(Path::new("")), &file),
+        Err(reason) => Err(LoadError::Unreadable { file, reason }),
+    }
+}
+
+/// Reads a document from memory; `file` is its name in messages, `folder` where its buffers lie.
+fn read(bytes: &[u8], folder: &Path, file: &str) -> Result<Loaded, LoadError> {
+    let mut hash = Hash::new();
+    hash.add(bytes);
+    let chunks = document::chunks(bytes, file)?;
+    let mut warnings = Vec::new();
+    let root = document::parse(chunks.json, file, &mut warnings)?;
+    let assemble = || {
+        accessor::check(&root)?;
+        let buffers = buffer::read(&root, chunks.bin, folder, &mut hash)?;
+        let mut scene = Assembly::new(&root, &buffers, warnings)?;
+        scene.nodes()?;
+        let mut loaded = scene.loaded;
+        loaded.summary.binary = chunks.binary;
+        Ok(loaded)
+    };
+    let mut loaded = assemble().map_err(|fault: Fault| fault.at(file))?;
+    loaded.hash = hash.hex();
+    Ok(loaded)
+}
+
+/// A scene being put together from a checked document.
+struct Assembly<'a> {
+    root: &'a Root,
+    accessors: Accessors<'a>,
+    /// The parts of each mesh that some node has shown.
+    meshes: Vec<Option<Vec<Part>>>,
+    default_material: Option<MaterialId>,
+    loaded: Loaded,
+}
+
+impl<'a> Assembly<'a> {
+    fn new(root: &'a Root, buffers: &'a Buffers, mut warnings: Vec<String>) -> Result<Self, Fault> {
+        let materials = material::all(&root.materials, &mut warnings)?;
+        Ok(Self {
+            root,
+            accessors: Accessors::new(root, buffers),
+            meshes: root.meshes.iter().map(|_| None).collect(),
+            default_material: None,
+            loaded: Loaded {
+                geometry: Geometry::default(),
+                materials,
+                lights: Vec::new(),
+                cameras: Vec::new(),
+                warnings,
+                hash: String::new(),
+                summary: summary(root),
+            },
+        })
+    }
+
+    fn nodes(&mut self) -> Result<(), Fault> {
+        let mut skinned = 0;
+        for placed in node::hierarchy(self.root, &mut self.loaded.warnings)? {
+            let Some(node) = self.root.nodes.get(placed.index) else { continue };
+            if let Some(mesh) = node.mesh {
+                self.mesh(mesh.value(), &placed)?;
+                skinned += u32::from(node.skin.is_some());
+            }
+            if let Some(camera) = node.camera {
+                let camera = light::camera(self.root, &placed, camera.value(), &mut self.loaded.warnings)?;
+                self.loaded.cameras.extend(camera);
+            }
+            let Some(extensions) = &node.extensions else { continue };
+            if let Some(light) = &extensions.khr_lights_punctual {
+                let light = light::light(self.root, &placed, light.light.value(), &mut self.loaded.warnings)?;
+                self.loaded.lights.extend(light);
+            }
+            if let Some(sphere) = extensions.others.get("PATHSPACE_sphere") {
+                self.sphere(sphere, &placed)?;
+            }
+        }
+        if skinned > 0 {
+            self.loaded.warnings.push(format!("skins are not read yet: {skinned} meshes are shown unposed"));
+        }
+        Ok(())
+    }
+
+    fn mesh(&mut self, index: usize, node: &Placed) -> Result<(), Fault> {
+        let Some(slot) = self.meshes.get_mut(index) else { return Ok(()) };
+        let parts = match slot.take() {
+            Some(parts) => parts,
+            None => mesh::read(self.root, self.accessors, index, &mut self.loaded.warnings)?,
+        };
+        for part in &parts {
+            let triangles = self.loaded.summary.triangles + part.triangles.len();
+            if triangles > MAX_TRIANGLES {
+                let what = format!("the scene has {triangles} triangles by here, and {MAX_TRIANGLES} is the limit");
+                return Err(Fault::too_large(node.pointer(), what));
+            }
+            self.loaded.summary.triangles = triangles;
+            let material = self.material(part.material);
+            let world = mesh::place(part, node)?;
+            let normals = world.normals.as_deref();
+            self.loaded.geometry.add_triangles(&world.positions, normals, &world.triangles, material);
+        }
+        self.meshes[index] = Some(parts);
+        Ok(())
+    }
+
+    fn sphere(&mut self, sphere: &Value, node: &Placed) -> Result<(), Fault> {
+        let at = format!("{}/extensions/PATHSPACE_sphere", node.pointer());
+        let scale = node.uniform_scale().ok_or_else(|| {
+            Fault::invalid(&at, "a sphere needs a node of uniform scale, and this one is stretched or sheared")
+        })?;
+        let radius = sphere.get("radius").and_then(Value::as_f64).map(|radius| (radius * scale) as f32);
+        let Some(radius) = radius.filter(|radius| *radius > 0.0 && radius.is_finite()) else {
+            return Err(Fault::invalid(format!("{at}/radius"), "the radius is not a positive number"));
+        };
+        let material = match sphere.get("material") {
+            None => None,
+            Some(index) => {
+                Some(index.as_u64().filter(|&i| i < self.root.materials.len() as u64).map(|i| i as usize).ok_or_else(
+                    || Fault::invalid(format!("{at}/material"), "this index points to no material of the file"),
+                )?)
+            }
+        };
+        let material = self.material(material);
+        self.loaded.geometry.add_sphere(node.origin(), radius, material);
+        self.loaded.summary.spheres += 1;
+        Ok(())
+    }
+
+    fn material(&mut self, index: Option<usize>) -> MaterialId {
+        if let Some(index) = index {
+            return MaterialId(index as u32);
+        }
+        *self.default_material.get_or_insert_with(|| {
+            self.loaded.materials.push(material::default());
+            MaterialId(self.loaded.materials.len() as u32 - 1)
+        })
+    }
+}
+
+fn summary(root: &Root) -> Summary {
+    Summary {
+        generator: root.asset.generator.as_deref().map(one_line),
+        scenes: root.scenes.len(),
+        nodes: root.nodes.len(),
+        meshes: root.meshes.len(),
+        materials: root.materials.len(),
+        textures: root.textures.len(),
+        images: root.images.len(),
+        cameras: root.cameras.len(),
+        animations: root.animations.len(),
+        skins: root.skins.len(),
+        extensions_used: root.extensions_used.iter().map(|name| one_line(name)).collect(),
+        extensions_required: root.extensions_required.iter().map(|name| one_line(name)).collect(),
+        ..Summary::default()
+    }
+}

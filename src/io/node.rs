@@ -1,0 +1,154 @@
+//! The node hierarchy: who is in the scene, and where.
+
+use glam::{DAffine3, DMat3, DMat4, DQuat, DVec3, Vec3};
+use gltf_json::{Index, Node, Root};
+
+use super::error::Fault;
+
+/// A node of the scene with its transform to world space, kept in f64 so that deep hierarchies lose nothing.
+pub(super) struct Placed {
+    pub(super) index: usize,
+    pub(super) to_world: DAffine3,
+}
+
+impl Placed {
+    /// The JSON pointer of the node.
+    pub(super) fn pointer(&self) -> String {
+        format!("/nodes/{}", self.index)
+    }
+
+    /// The world position of the node's origin.
+    pub(super) fn origin(&self) -> Vec3 {
+        self.to_world.translation.as_vec3()
+    }
+
+    /// The unit world direction of a local axis.
+    pub(super) fn axis(&self, local: DVec3) -> Result<Vec3, Fault> {
+        let axis = (self.to_world.matrix3 * local).try_normalize();
+        axis.map(|axis| axis.as_vec3()).ok_or_else(|| {
+            Fault::invalid(self.pointer(), "a camera or light here has no direction, its node is scaled to nothing")
+        })
+    }
+
+    /// The factor of a uniform scale, mirrored or not; `None` for any other transform.
+    pub(super) fn uniform_scale(&self) -> Option<f64> {
+        let DMat3 { x_axis: x, y_axis: y, z_axis: z } = self.to_world.matrix3;
+        let scale = x.length();
+        // Nodes are stored in f32, and a product of several rounds a little more.
+        let small = 1e-5 * scale * scale;
+        let uniform = (y.length_squared() - scale * scale).abs() <= 2.0 * small
+            && (z.length_squared() - scale * scale).abs() <= 2.0 * small
+            && [x.dot(y), y.dot(z), z.dot(x)].iter().all(|dot| dot.abs() <= small);
+        uniform.then_some(scale)
+    }
+}
+
+/// Every node of the scene, parents before children. Nothing recurses, so no depth of nesting can exhaust the stack.
+pub(super) fn hierarchy(root: &Root, warnings: &mut Vec<String>) -> Result<Vec<Placed>, Fault> {
+    let parents = parents(root)?;
+    let mut placed = Vec::new();
+    let mut stack: Vec<_> =
+        roots(root, &parents, warnings)?.into_iter().rev().map(|i| (i, DAffine3::IDENTITY)).collect();
+    while let Some((index, parent)) = stack.pop() {
+        let Some(node) = root.nodes.get(index) else { continue };
+        let to_world = parent * local(node, index)?;
+        if !to_world.is_finite() || !to_world.translation.as_vec3().is_finite() {
+            return Err(Fault::invalid(format!("/nodes/{index}"), "the node's transform to world space is not finite"));
+        }
+        stack.extend(children(node).rev().map(|child| (child, to_world)));
+        placed.push(Placed { index, to_world });
+    }
+    Ok(placed)
+}
+
+fn children(node: &Node) -> impl DoubleEndedIterator<Item = usize> {
+    node.children.iter().flatten().map(Index::value)
+}
+
+/// The parent of each node, after showing that the nodes form trees.
+fn parents(root: &Root) -> Result<Vec<Option<usize>>, Fault> {
+    let mut parents: Vec<Option<usize>> = vec![None; root.nodes.len()];
+    for (i, node) in root.nodes.iter().enumerate() {
+        for (k, child) in children(node).enumerate() {
+            match parents.get_mut(child) {
+                Some(parent @ None) => *parent = Some(i),
+                Some(Some(other)) => {
+                    let what = format!("node {child} is a child of node {other} too, or twice of this one");
+                    return Err(Fault::invalid(format!("/nodes/{i}/children/{k}"), what));
+                }
+                None => {
+                    return Err(Fault::invalid(format!("/nodes/{i}/children/{k}"), format!("there is no node {child}")));
+                }
+            }
+        }
+    }
+    // Walk up from every node until a node known to lead to a root; a walk that meets itself is a cycle.
+    let mut seen = vec![usize::MAX; root.nodes.len()];
+    for start in 0..parents.len() {
+        let mut at = Some(start);
+        while let Some(i) = at.filter(|&i| seen[i] == usize::MAX) {
+            seen[i] = start;
+            at = parents[i];
+        }
+        if let Some(i) = at.filter(|&i| seen[i] == start) {
+            return Err(Fault::invalid(format!("/nodes/{i}"), "the node is its own ancestor"));
+        }
+    }
+    Ok(parents)
+}
+
+/// The roots of the scene to show: `scene`, or the first one, or every parentless node of a file without scenes.
+fn roots(root: &Root, parents: &[Option<usize>], warnings: &mut Vec<String>) -> Result<Vec<usize>, Fault> {
+    let index = root.scene.map_or(0, |scene| scene.value());
+    if root.scenes.len() > 1 {
+        let which = if root.scene.is_some() { "its default" } else { "the first" };
+        warnings.push(format!("the file has {} scenes: {which} (scene {index}) is shown", root.scenes.len()));
+    }
+    let Some(scene) = root.scenes.get(index) else {
+        if !parents.is_empty() {
+            warnings.push("the file has no scene: all of its nodes are shown".to_owned());
+        }
+        return Ok((0..parents.len()).filter(|&i| parents[i].is_none()).collect());
+    };
+    let mut listed = vec![false; parents.len()];
+    for (k, node) in scene.nodes.iter().map(Index::value).enumerate() {
+        let at = || format!("/scenes/{index}/nodes/{k}");
+        match (listed.get_mut(node), parents.get(node)) {
+            (Some(true), _) => return Err(Fault::invalid(at(), format!("node {node} is listed twice"))),
+            (_, Some(Some(parent))) => {
+                let what = format!("node {node} is a child of node {parent} and cannot be a root of the scene");
+                return Err(Fault::invalid(at(), what));
+            }
+            (Some(listed), _) => *listed = true,
+            (None, _) => return Err(Fault::invalid(at(), format!("there is no node {node}"))),
+        }
+    }
+    Ok(scene.nodes.iter().map(Index::value).collect())
+}
+
+/// The node's own transform: a matrix, or translation · rotation · scale.
+fn local(node: &Node, index: usize) -> Result<DAffine3, Fault> {
+    let fail = |member: &str, what: &str| Fault::invalid(format!("/nodes/{index}/{member}"), what);
+    if let Some(matrix) = node.matrix {
+        if !matrix.iter().all(|x| x.is_finite()) {
+            return Err(fail("matrix", "the matrix is not finite"));
+        }
+        let matrix = DMat4::from_cols_array(&matrix.map(f64::from));
+        if (matrix.row(3) - DVec3::ZERO.extend(1.0)).abs().max_element() > 1e-6 {
+            return Err(fail("matrix", "the last row of the matrix is not 0 0 0 1"));
+        }
+        return Ok(DAffine3::from_mat4(matrix));
+    }
+    let vector = |v: Option<[f32; 3]>, default: DVec3| v.map_or(default, |v| Vec3::from(v).as_dvec3());
+    let scale = vector(node.scale, DVec3::ONE);
+    let translation = vector(node.translation, DVec3::ZERO);
+    let rotation = node.rotation.map_or(DQuat::IDENTITY, |r| DQuat::from_array(r.0.map(f64::from)));
+    if !scale.is_finite() || !translation.is_finite() || !rotation.is_finite() {
+        return Err(fail("", "the node's translation, rotation or scale is not finite"));
+    }
+    if rotation.length_squared() < 1e-12 {
+        return Err(fail("rotation", "the rotation is no unit quaternion"));
+    }
+    // Exporters round the quaternion; its direction is what they mean.
+    Ok(DAffine3::from_scale_rotation_translation(scale, rotation.normalize(), translation))
+}
