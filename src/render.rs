@@ -132,7 +132,8 @@ impl<'a> Renderer<'a> {
                 || self.integrator.scratch(),
                 |scratch, tile| {
                     let mut sink = FilmSink { renderer: self, half: Half::of_pass(pass), rays: 0, keep };
-                    let samples = padded.tile(tile).map(|pixel| self.sample(pixel, pass, scratch, &mut sink)).sum::<u64>();
+                    let samples =
+                        padded.tile(tile).map(|pixel| self.sample(pixel, pass, scratch, &mut sink)).sum::<u64>();
                     self.rays.fetch_add(sink.rays, Relaxed);
                     samples
                 },

@@ -77,7 +77,10 @@ fn parents(root: &Root) -> Result<Vec<Option<usize>>, Fault> {
                     return Err(Fault::invalid(format!("/nodes/{i}/children/{k}"), what));
                 }
                 None => {
-                    return Err(Fault::invalid(format!("/nodes/{i}/children/{k}"), format!("there is no node {child}")));
+                    return Err(Fault::invalid(
+                        format!("/nodes/{i}/children/{k}"),
+                        format!("there is no node {child}"),
+                    ));
                 }
             }
         }

@@ -80,7 +80,8 @@ impl<'a> Path<'a> {
         let n = self.edges();
         let we = f64::from(self.scene.camera.we(self.segment(0, 1).direction.as_vec3()));
         let end = &self.vertices[n];
-        let le = self.scene.le(&end.point, self.segment(n, n - 1).direction.as_vec3()).as_dvec3() * f64::from(end.alpha);
+        let le =
+            self.scene.le(&end.point, self.segment(n, n - 1).direction.as_vec3()).as_dvec3() * f64::from(end.alpha);
         we * self.geometry_term(0) * self.transmittance(0) * self.throughput() * le
     }
 

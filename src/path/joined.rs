@@ -2,7 +2,9 @@
 
 use glam::Vec3;
 
-use super::{Densities, Edge, Heuristic, Path, Step, Strategy, Subpath, Techniques, Vertex, mis_weight, subpath::transmittance};
+use super::{
+    Densities, Edge, Heuristic, Path, Step, Strategy, Subpath, Techniques, Vertex, mis_weight, subpath::transmittance,
+};
 use crate::{
     math::Rgb,
     sampling::{PdfArea, PdfSolidAngle},
@@ -79,8 +81,9 @@ impl<'a> JoinedPath<'a> {
         raster: Raster,
     ) -> Option<Self> {
         let (z, y) = (camera.last()?, light.last()?);
-        if y.vertex.point.place == z.vertex.point.place && y.vertex.point.place == crate::scene::point::Place::Infinite {
-            return None;
+        let unseen = |id| !scene.lights().is_hittable(id);
+        if camera.len() == 1 && light.len() == 1 && y.vertex.point.light.is_some_and(unseen) {
+            return None; // (1,1) does not show points and suns, which have no extent on the image
         }
         let edge = Edge::between(&z.vertex.point, &y.vertex.point);
         let raster = if camera.len() == 1 { scene.camera.raster(edge.direction)? } else { raster };
@@ -257,7 +260,11 @@ fn light_face(scene: &Scene, light: &[Step], to_camera: Vec3) -> Face {
     let y = &light[light.len() - 1];
     if light.len() == 1 {
         let p = &y.vertex.point;
-        return Face { value: scene.le(p, to_camera), across: scene.lights().pdf_direction(p, to_camera), back: PdfArea::ZERO };
+        return Face {
+            value: scene.le(p, to_camera),
+            across: scene.lights().pdf_direction(p, to_camera),
+            back: PdfArea::ZERO,
+        };
     }
     let scatter = Vertex::new(y.vertex.point).scatter(to_camera, y.back.direction);
     Face { value: scatter.f, across: scatter.to_camera, back: scatter.to_light.to_area(&y.back) }

@@ -79,9 +79,7 @@ pub fn mis_weight(path: &impl Densities, strategy: Strategy, techniques: &Techni
     });
     match heuristic {
         Heuristic::Balance => 1.0 / (1.0 + lower_s.sum::<f32>() + higher_s.sum::<f32>()),
-        Heuristic::Power => {
-            1.0 / (1.0 + lower_s.map(|r| r * r).sum::<f32>() + higher_s.map(|r| r * r).sum::<f32>())
-        }
+        Heuristic::Power => 1.0 / (1.0 + lower_s.map(|r| r * r).sum::<f32>() + higher_s.map(|r| r * r).sum::<f32>()),
         Heuristic::FirstSupported => {
             if higher_s.into_iter().any(|r| r > 0.0) {
                 0.0
@@ -132,13 +130,14 @@ mod tests {
 
     fn densities() -> impl proptest::strategy::Strategy<Value = Arbitrary> {
         (2_usize..9).prop_flat_map(|n| {
-            let density = || prop::collection::vec(-5.0_f32..5.0, n).prop_map(|v| v.into_iter().map(f32::exp).collect());
+            let density =
+                || prop::collection::vec(-5.0_f32..5.0, n).prop_map(|v| v.into_iter().map(f32::exp).collect());
             (density(), density(), prop::collection::vec(any::<bool>(), n), 0.1_f32..10.0, any::<bool>()).prop_map(
                 |(camera, light, delta, next_event, hittable)| Arbitrary { camera, light, delta, next_event, hittable },
             )
         })
     }
-    
+
     proptest! {
         #[test]
         fn weights_over_the_table_sum_to_one(path in densities(), entries in prop::collection::vec(0_u32..4, 100)) {

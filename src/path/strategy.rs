@@ -46,7 +46,8 @@ impl Techniques {
         let side = max_depth + 2;
         let entry = |i: u32| {
             let strategy = Strategy { s: i / side, t: i % side };
-            let exists = strategy.t >= 1 && (2..=side).contains(&(strategy.s + strategy.t)) && strategy.s + strategy.t < side;
+            let exists =
+                strategy.t >= 1 && (2..=side).contains(&(strategy.s + strategy.t)) && strategy.s + strategy.t < side;
             if exists { multiplicity(strategy) } else { 0 }
         };
         Self {
@@ -72,7 +73,11 @@ impl Techniques {
     #[inline]
     pub fn multiplicity(&self, strategy: Strategy) -> u32 {
         let side = self.max_depth + 2;
-        if strategy.s >= side || strategy.t >= side { 0 } else { self.multiplicity[(strategy.s * side + strategy.t) as usize] }
+        if strategy.s >= side || strategy.t >= side {
+            0
+        } else {
+            self.multiplicity[(strategy.s * side + strategy.t) as usize]
+        }
     }
 
     /// n_{s,t}.

@@ -117,7 +117,14 @@ impl Subpath {
         // The density is positive on all of the padded film; rounding may put a border sample outside it.
         if pdf > PdfSolidAngle::ZERO {
             let origin = lens.vertex.point.position;
-            self.walk(scene, Departure { origin, direction, pdf, beta, survival: 1.0 }, Transport::Radiance, vertices, roulette, sampler);
+            self.walk(
+                scene,
+                Departure { origin, direction, pdf, beta, survival: 1.0 },
+                Transport::Radiance,
+                vertices,
+                roulette,
+                sampler,
+            );
         }
     }
 

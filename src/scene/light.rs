@@ -195,7 +195,13 @@ impl Lights {
     /// Samples p_n for a next-event estimate at `from`, with its density [`Lights::pdf_next_event`].
     /// `None` if there is no light. `u.z` chooses the light.
     #[inline]
-    pub fn sample_next_event(&self, geometry: &Geometry, materials: &[Material], from: &Point, u: Vec3) -> Option<(Point, PdfArea)> {
+    pub fn sample_next_event(
+        &self,
+        geometry: &Geometry,
+        materials: &[Material],
+        from: &Point,
+        u: Vec3,
+    ) -> Option<(Point, PdfArea)> {
         let (id, _) = self.choose(u.z)?;
         let point = self.sample_position(geometry, materials, id, u.truncate());
         Some((point, self.pdf_next_event(&point, from)))
@@ -283,14 +289,16 @@ impl Lights {
     #[inline]
     fn sample_position(&self, geometry: &Geometry, materials: &[Material], id: LightId, u: Vec2) -> Point {
         match *self.get(id) {
-            Light::Area { primitive, .. } => {
-                Point::on_surface(&geometry.sample(primitive, u), primitive, geometry.material(primitive), materials, Some(id))
+            Light::Area { primitive, .. } => Point::on_surface(
+                &geometry.sample(primitive, u),
+                primitive,
+                geometry.material(primitive),
+                materials,
+                Some(id),
+            ),
+            Light::Point { position, .. } => {
+                Point { place: Place::Degenerate, light: Some(id), ..Point::nowhere(position) }
             }
-            Light::Point { position, .. } => Point {
-                place: Place::Degenerate,
-                light: Some(id),
-                ..Point::nowhere(position)
-            },
             Light::Directional { towards, .. } => at_infinity(towards, id),
             Light::Environment { .. } => at_infinity(warp::sphere(u), id),
         }

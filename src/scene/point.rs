@@ -4,7 +4,10 @@ use glam::Vec3;
 
 use super::{
     bsdf::Bsdf,
-    geometry::{PrimitiveId, offset_origin}, light::LightId, material::MaterialId};
+    geometry::{PrimitiveId, offset_origin},
+    light::LightId,
+    material::MaterialId,
+};
 
 /// What kind of place a point is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

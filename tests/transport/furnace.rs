@@ -7,7 +7,10 @@ use pathspace::{
     sampling::Filter,
 };
 
-use crate::{scenes, statistics::{Estimate, regions}};
+use crate::{
+    scenes,
+    statistics::{Estimate, regions},
+};
 
 /// K^i L_e is L_e a^i everywhere: every path length of every integrator has its own closed form.
 #[test]
@@ -16,12 +19,17 @@ fn every_path_length_has_its_power_of_the_albedo() {
     let scene = scenes::furnace(albedo as f32, 1.0, scenes::square(16, Filter::Box));
     for kind in IntegratorKind::ALL {
         for n in 1..=depth {
-            let settings = Settings { integrator: kind, max_depth: depth, roulette: Roulette::FromDepth(2), ..Settings::new(scene.camera.sensor()) };
+            let settings = Settings {
+                integrator: kind,
+                max_depth: depth,
+                roulette: Roulette::FromDepth(2),
+                ..Settings::new(scene.camera.sensor())
+            };
             let replicates: Vec<_> = (0..12)
                 .map(|seed| {
                     let settings = Settings { seed, ..settings.clone() };
                     let mut renderer = Renderer::new(&scene, &settings);
-                    (0..4).for_each(|_| renderer.pass_where(&|path| path.edges() == n));
+                    (0..24).for_each(|_| renderer.pass_where(&|path| path.edges() == n));
                     regions(&renderer.film().image(renderer.passes()))
                 })
                 .collect();

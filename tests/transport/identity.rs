@@ -9,7 +9,11 @@ use pathspace::{
     path::{Edge, Heuristic, JoinedPath, Path, Roulette, Step, Strategy, Techniques, Vertex},
     render::{Renderer, Settings},
     sampling::{Filter, PdfArea},
-    scene::{Scene, bsdf::Lobe, point::{Place, Point}},
+    scene::{
+        Scene,
+        bsdf::Lobe,
+        point::{Place, Point},
+    },
 };
 
 use crate::scenes;
@@ -91,7 +95,8 @@ fn disagreement(scene: &Scene, path: &JoinedPath, found: Claim, table: &Techniqu
     let off = (found.contribution - expected.contribution).abs();
     let allowed = 12.0 * slack.contribution + 2e-4 * largest;
     let weight_off = (found.weight - expected.weight).abs();
-    let weight_allowed = 12.0 * slack.weight + 2e-4 + 4.0 * expected.weight * (1.0 - expected.weight) * rounding(&explicit);
+    let weight_allowed =
+        12.0 * slack.weight + 2e-4 + 4.0 * expected.weight * (1.0 - expected.weight) * rounding(&explicit);
     let agrees = off.cmple(allowed).all() && weight_off <= weight_allowed;
     (!agrees).then(|| {
         format!(
@@ -127,7 +132,12 @@ fn assert_identity(name: &str, scene: &Scene, passes: u32) {
             let (paths, complaints) = check(scene, kind, roulette, passes);
             println!("{name} {kind} {roulette:?}: {paths} paths, {} disagree", complaints.len());
             assert!(paths > 500, "{name} {kind}: only {paths} paths were checked");
-            assert!(complaints.is_empty(), "{name} {kind}: {} of {paths}, such as\n{}", complaints.len(), complaints[0]);
+            assert!(
+                complaints.is_empty(),
+                "{name} {kind}: {} of {paths}, such as\n{}",
+                complaints.len(),
+                complaints[0]
+            );
         }
     }
 }

@@ -4,6 +4,7 @@ use std::path::Path;
 
 use glam::Vec3;
 use pathspace::{
+    io,
     math::Rgb,
     sampling::Filter,
     scene::{
@@ -17,7 +18,8 @@ use pathspace::{
 };
 
 /// The committed scenes.
-pub const FILES: [&str; 6] = ["cornell-box", "cornell-spheres", "veach-room", "caustic-ring", "caustic-sphere", "furnace"];
+pub const FILES: [&str; 6] =
+    ["cornell-box", "cornell-spheres", "veach-room", "caustic-ring", "caustic-sphere", "furnace"];
 
 /// A square sensor with the padding of `filter`.
 pub fn square(side: u32, filter: Filter) -> Sensor {
@@ -32,10 +34,10 @@ pub fn load(name: &str, sensor: Sensor) -> Scene {
 
 /// Any glTF file with its first camera.
 pub fn load_file(path: &Path, sensor: Sensor) -> Scene {
-    /*let loaded = io::load(path).unwrap_or_else(|e| panic!("{e}"));
+    let loaded = io::load(path).unwrap_or_else(|e| panic!("{e}"));
     let c = &loaded.cameras[0];
     let camera = Camera::look_at(c.position, c.position + c.forward, c.up, c.yfov, sensor);
-    Scene::new(loaded.geometry, loaded.materials, &[], camera)*/ todo!()
+    Scene::new(loaded.geometry, loaded.materials, &[], camera)
 }
 
 /// Two triangles a, b, c and a, c, d; front where they are counter-clockwise.
@@ -43,10 +45,10 @@ pub fn quad(geometry: &mut Geometry, corners: [Vec3; 4], material: u32) {
     geometry.add_triangles(&corners, None, &[[0, 1, 2], [0, 2, 3]], MaterialId(material));
 }
 
-/// The inside of the cube [−1, 1]³ (its fronts face inwards), each side with the material of the same place in `materials`:
+/// The inside of the cube [−half, half]³ (its fronts face inwards), each side with the material of the same place in `materials`:
 /// −x, +x, −y, +y, −z, +z.
-pub fn cube_inside(geometry: &mut Geometry, materials: [u32; 6]) {
-    let v = |x: f32, y: f32, z: f32| Vec3::new(x, y, z);
+pub fn cube_inside(geometry: &mut Geometry, half: f32, materials: [u32; 6]) {
+    let v = |x: f32, y: f32, z: f32| half * Vec3::new(x, y, z);
     let sides = [
         [v(-1., -1., -1.), v(-1., 1., -1.), v(-1., 1., 1.), v(-1., -1., 1.)],
         [v(1., -1., -1.), v(1., -1., 1.), v(1., 1., 1.), v(1., 1., -1.)],
@@ -72,7 +74,8 @@ pub fn zoo(sensor: Sensor) -> Scene {
             dielectric_f90: 1.0,
         })
     };
-    let rough_glass = Bsdf::Dielectric(Dielectric { color: Rgb::new(0.9, 1.0, 0.8), ior: 1.4, alpha: 0.2, transmission: 1.0 });
+    let rough_glass =
+        Bsdf::Dielectric(Dielectric { color: Rgb::new(0.9, 1.0, 0.8), ior: 1.4, alpha: 0.2, transmission: 1.0 });
     let mut glass = Material::glass("tinted glass", 1.5);
     glass.absorption = Rgb::new(0.2, 0.9, 2.0);
     let mut lamp = Material::diffuse("lamp", Rgb::splat(0.3)).emitting(Rgb::new(9.0, 7.0, 4.0));
@@ -89,10 +92,11 @@ pub fn zoo(sensor: Sensor) -> Scene {
         lamp,
     ];
     let mut g = Geometry::default();
-    cube_inside(&mut g, [1, 2, 0, 0, 3, 0]);
+    cube_inside(&mut g, 1.0, [1, 2, 0, 0, 3, 0]);
     let v = Vec3::new;
     // A pyramid with smooth normals: N_s and N_g differ everywhere on it.
-    let positions = [v(-0.9, -1.0, -0.9), v(-0.1, -1.0, -0.9), v(-0.1, -1.0, -0.1), v(-0.9, -1.0, -0.1), v(-0.5, -0.4, -0.5)];
+    let positions =
+        [v(-0.9, -1.0, -0.9), v(-0.1, -1.0, -0.9), v(-0.1, -1.0, -0.1), v(-0.9, -1.0, -0.1), v(-0.5, -0.4, -0.5)];
     let normals = positions.map(|p| (p - v(-0.5, -0.9, -0.5)).normalize());
     g.add_triangles(&positions, Some(&normals), &[[0, 4, 1], [1, 4, 2], [2, 4, 3], [3, 4, 0]], MaterialId(2));
     g.add_sphere(v(0.45, -0.65, -0.4), 0.3, MaterialId(5));
@@ -133,9 +137,15 @@ pub fn open_zoo(sensor: Sensor) -> Scene {
 
 /// A closed cube whose walls all have this albedo and emit this radiance, seen from inside: L = L_e Σ a^k everywhere.
 pub fn furnace(albedo: f32, radiance: f32, sensor: Sensor) -> Scene {
+    scaled_furnace(albedo, radiance, 1.0, sensor)
+}
+
+/// The same in a cube of another size, with the camera at the same place in it.
+pub fn scaled_furnace(albedo: f32, radiance: f32, scale: f32, sensor: Sensor) -> Scene {
     let mut g = Geometry::default();
-    cube_inside(&mut g, [0; 6]);
+    cube_inside(&mut g, scale, [0; 6]);
     let wall = Material::diffuse("wall", Rgb::splat(albedo)).emitting(Rgb::splat(radiance));
-    let camera = Camera::look_at(Vec3::new(0.2, -0.1, 0.7), Vec3::new(-0.3, 0.2, -1.0), Vec3::Y, 1.2, sensor);
+    let camera =
+        Camera::look_at(scale * Vec3::new(0.2, -0.1, 0.7), scale * Vec3::new(-0.3, 0.2, -1.0), Vec3::Y, 1.2, sensor);
     Scene::new(g, vec![wall], &[], camera)
 }

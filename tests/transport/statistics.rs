@@ -55,9 +55,18 @@ impl Estimate {
         Self { mean, ..self.clone() }
     }
 
+    /// The whole image alone, without its tiles.
+    pub fn whole(&self) -> Self {
+        Self { mean: self.mean[..3].to_vec(), error2: self.error2[..3].to_vec(), replicates: self.replicates }
+    }
+
     /// The p-value of a known mean in every region and channel, after Šidák's correction.
     pub fn p_of_mean(&self, expected: f64) -> f64 {
-        let known = Self { mean: vec![expected; self.mean.len()], error2: vec![0.0; self.mean.len()], replicates: self.replicates };
+        let known = Self {
+            mean: vec![expected; self.mean.len()],
+            error2: vec![0.0; self.mean.len()],
+            replicates: self.replicates,
+        };
         Comparison::new(self, &known).p
     }
 

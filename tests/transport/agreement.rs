@@ -1,0 +1,184 @@
+//! Agreement: integrators that cover the same paths give the same image, region by region, within what chance allows,
+//! and where light tracing does not cover, the difference is exactly the uncovered class.
+
+use std::time::Instant;
+
+use pathspace::{
+    integrator::{Integrator, IntegratorKind},
+    path::JoinedPath,
+    render::{Renderer, Settings},
+    sampling::Filter,
+    scene::Scene,
+};
+
+use crate::{
+    report, scenes,
+    statistics::{Comparison, Estimate, Regions, regions},
+};
+
+/// The bias of the whole image that every comparison must be able to see.
+const VISIBLE: f64 = 0.01;
+/// Independent replicates of each estimate. More would not cost more samples, and make the variances more certain.
+const REPLICATES: u64 = 24;
+/// Where a scene's variance makes the visible bias unreachable, that is a failure and not a reason to go on forever.
+const MOST_SPP: u32 = 1 << 15;
+
+/// One estimate of a scene, from replicates whose seeds follow a fixed rule.
+struct Run<'a> {
+    name: String,
+    keep: &'a (dyn Fn(&JoinedPath) -> bool + Sync),
+    renderers: Vec<Renderer<'a>>,
+}
+
+impl<'a> Run<'a> {
+    fn new(
+        scene: &'a Scene,
+        settings: &'a [Settings],
+        name: &str,
+        keep: &'a (dyn Fn(&JoinedPath) -> bool + Sync),
+    ) -> Self {
+        Self { name: name.to_owned(), keep, renderers: settings.iter().map(|s| Renderer::new(scene, s)).collect() }
+    }
+
+    /// Renders until the standard error of the image's mean is small enough for [`VISIBLE`] against an equal.
+    fn converge(mut self) -> Self {
+        let start = Instant::now();
+        let mut spp = 8;
+        loop {
+            for renderer in &mut self.renderers {
+                while renderer.passes() < spp {
+                    renderer.pass_where(&|path| (self.keep)(path));
+                }
+            }
+            // An uncovered class may be small or empty: what counts is the error beside the whole image.
+            let estimate = self.estimate();
+            if Comparison::new(&estimate, &estimate).visible_bias < 0.9 * VISIBLE || spp >= MOST_SPP {
+                break;
+            }
+            spp *= 2;
+        }
+        for renderer in &self.renderers {
+            assert!(renderer.statistics().rejected.is_empty(), "{}: {:?}", self.name, renderer.statistics().rejected);
+            assert!(renderer.film().errors().is_empty(), "{}: {:?}", self.name, renderer.film().errors());
+        }
+        println!("  {}: {} × {spp} spp in {:.1} s", self.name, self.renderers.len(), start.elapsed().as_secs_f32());
+        self
+    }
+
+    fn replicates(&self) -> Vec<Regions> {
+        self.renderers.iter().map(|r| regions(&r.film().image(r.passes()))).collect()
+    }
+
+    fn estimate(&self) -> Estimate {
+        Estimate::new(&self.replicates())
+    }
+
+    fn image(&self) -> pathspace::film::Image {
+        let images = self.renderers.iter().map(|r| r.film().image(r.passes()));
+        report::mean(images)
+    }
+}
+
+fn settings(scene: &Scene, kind: IntegratorKind, salt: u64) -> Vec<Settings> {
+    let base = Settings { integrator: kind, max_depth: 8, ..Settings::new(scene.camera.sensor()) };
+    (0..REPLICATES).map(|r| Settings { seed: 10_000 * (1 + salt) + 100 * kind as u64 + r, ..base.clone() }).collect()
+}
+
+/// Compares two estimates, and shows that a bias of 1 % in either would have been found.
+fn assert_agree(
+    scene: &str,
+    a: (&str, &Estimate),
+    b: (&str, &Estimate),
+    images: impl Fn() -> Vec<(String, pathspace::film::Image)>,
+) {
+    let comparison = Comparison::new(a.1, b.1);
+    println!("  {scene}: {} = {}? {comparison}", a.0, b.0);
+    if comparison.differs() {
+        let folder = report::write(&format!("{scene}-{}-{}", a.0, b.0), &images());
+        panic!("{scene}: {} and {} differ: {comparison}; images in {}", a.0, b.0, folder.display());
+    }
+    assert!(comparison.visible_bias < VISIBLE, "{scene}: {} and {} are too noisy to tell: {comparison}", a.0, b.0);
+    for bias in [VISIBLE, -VISIBLE] {
+        let planted = Comparison::new(&a.1.biased(bias), b.1);
+        // A difference by chance may hide a planted bias of one sign in part; it cannot hide both.
+        let found = planted.differs() || Comparison::new(&a.1.biased(-bias), b.1).differs();
+        assert!(found, "{scene}: a bias of {bias} in {} went unnoticed: {planted}", a.0);
+    }
+}
+
+fn agreement(name: &str, scene: &Scene) {
+    let start = Instant::now();
+    let everything = |_: &JoinedPath| true;
+    let kinds = [IntegratorKind::Path, IntegratorKind::Hybrid, IntegratorKind::Bdpt];
+    let all_settings: Vec<_> = IntegratorKind::ALL.into_iter().map(|kind| settings(scene, kind, 0)).collect();
+    let runs: Vec<_> = kinds
+        .into_iter()
+        .map(|kind| Run::new(scene, &all_settings[kind as usize], kind.name(), &everything).converge())
+        .collect();
+    let images = || runs.iter().map(|r| (r.name.clone(), r.image())).collect::<Vec<_>>();
+    for (i, a) in runs.iter().enumerate() {
+        for b in &runs[i + 1..] {
+            assert_agree(name, (&a.name, &a.estimate()), (&b.name, &b.estimate()), images);
+        }
+    }
+
+    // light = all that it covers: adding the paths that it does not cover, found by path tracing, completes the image.
+    let sensor = scene.camera.sensor();
+    let table = Integrator::new(IntegratorKind::Light, sensor, 8, Settings::new(sensor).roulette);
+    let uncovered = |path: &JoinedPath| !table.covers(path);
+    let rest_settings = settings(scene, IntegratorKind::Path, 1);
+    let light = Run::new(scene, &all_settings[IntegratorKind::Light as usize], "light", &everything).converge();
+    let mut rest = Run::new(scene, &rest_settings, "path's paths that light does not cover", &uncovered);
+    let spp = runs[0].renderers[0].passes();
+    for renderer in &mut rest.renderers {
+        (0..spp).for_each(|_| renderer.pass_where(&uncovered));
+    }
+    let sum: Vec<Regions> = light
+        .replicates()
+        .iter()
+        .zip(rest.replicates())
+        .map(|(l, r)| l.iter().zip(r).map(|(x, y)| x + y).collect())
+        .collect();
+    let sum = Estimate::new(&sum);
+    let missing = rest.estimate().image_mean() / sum.image_mean();
+    println!("  {name}: light leaves {:.2} % of the image uncovered", 100.0 * missing);
+    let bdpt = &runs[2];
+    assert_agree(name, ("light + uncovered", &sum), (&bdpt.name, &bdpt.estimate()), || {
+        vec![("light".into(), light.image()), ("uncovered".into(), rest.image()), ("bdpt".into(), bdpt.image())]
+    });
+    println!("{name}: {:.0} s", start.elapsed().as_secs_f32());
+}
+
+fn committed(name: &str) {
+    agreement(name, &scenes::load(name, scenes::square(32, Filter::Box)));
+}
+
+#[test]
+fn in_the_cornell_box() {
+    committed("cornell-box");
+}
+
+#[test]
+fn in_the_cornell_box_with_spheres() {
+    committed("cornell-spheres");
+}
+
+#[test]
+fn in_veachs_room() {
+    committed("veach-room");
+}
+
+#[test]
+fn under_the_metal_ring() {
+    committed("caustic-ring");
+}
+
+#[test]
+fn under_the_glass_sphere() {
+    committed("caustic-sphere");
+}
+
+#[test]
+fn in_the_furnace() {
+    committed("furnace");
+}

@@ -1,0 +1,117 @@
+//! Exactness: the same bytes for any number of threads, a crop that is a slice, and a brightness that depends on the scene alone.
+
+use pathspace::{
+    film::{Crop, Header, Image, encode_exr},
+    integrator::IntegratorKind,
+    render::{Renderer, Settings},
+    sampling::Filter,
+    scene::{Scene, camera::Sensor},
+};
+
+use crate::{
+    scenes,
+    statistics::{Comparison, Estimate, regions},
+};
+
+fn render(scene: &Scene, settings: &Settings, spp: u32) -> Image {
+    let mut renderer = Renderer::new(scene, settings);
+    (0..spp).for_each(|_| renderer.pass());
+    renderer.film().image(spp)
+}
+
+fn bytes(image: &Image, sensor: Sensor, crop: Crop) -> Vec<u8> {
+    encode_exr(image, &Header { sensor, crop, attributes: Vec::new() }).unwrap()
+}
+
+#[test]
+fn any_number_of_threads_gives_the_same_bytes() {
+    let sensor = Sensor { width: 70, height: 50, padding: Filter::BlackmanHarris.padding() };
+    let scene = scenes::zoo(sensor);
+    for integrator in IntegratorKind::ALL {
+        let settings = Settings { integrator, filter: Filter::BlackmanHarris, ..Settings::new(sensor) };
+        let files = [1, 2, 5].map(|threads| {
+            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+            bytes(&pool.install(|| render(&scene, &settings, 3)), sensor, settings.crop)
+        });
+        assert!(files[0] == files[1] && files[0] == files[2], "{integrator}");
+    }
+}
+
+#[test]
+fn a_crop_is_a_slice_of_the_full_image() {
+    for filter in [Filter::Box, Filter::BlackmanHarris] {
+        let sensor = Sensor { width: 48, height: 40, padding: filter.padding() };
+        let scene = scenes::zoo(sensor);
+        for integrator in IntegratorKind::ALL {
+            let full = Settings { integrator, filter, ..Settings::new(sensor) };
+            let crop = Crop { x0: 9, y0: 17, x1: 30, y1: 40 };
+            let part = render(&scene, &Settings { crop, ..full.clone() }, 2);
+            let whole = render(&scene, &full, 2);
+            for y in 0..part.height {
+                for x in 0..part.width {
+                    assert_eq!(
+                        part.get(x, y),
+                        whole.get(x + crop.x0, y + crop.y0),
+                        "{integrator} {filter} at {x}, {y}"
+                    );
+                }
+            }
+        }
+    }
+}
+
+/// The estimate of the mean image from replicates.
+fn estimate(scene: &Scene, settings: &Settings, spp: u32, replicates: u64) -> Estimate {
+    let images = (0..replicates).map(|r| {
+        let settings = Settings { seed: settings.seed + r, ..settings.clone() };
+        regions(&render(scene, &settings, spp))
+    });
+    Estimate::new(&images.collect::<Vec<_>>())
+}
+
+#[test]
+fn brightness_depends_neither_on_spp_nor_on_the_filter_nor_on_resolution() {
+    let sensor = scenes::square(24, Filter::Box);
+    for integrator in IntegratorKind::ALL {
+        let base = Settings { integrator, max_depth: 5, ..Settings::new(sensor) };
+        let room = |sensor| scenes::load("cornell-box", sensor);
+        let reference = estimate(&room(sensor), &base, 64, 16);
+        let few = estimate(&room(sensor), &Settings { seed: 100, ..base.clone() }, 1, 1024);
+        // Tiles see past their borders through a wide filter, so only the whole image compares; its border pixels as well,
+        // since the filter's weight is one in all.
+        let wide = scenes::square(24, Filter::BlackmanHarris);
+        let filtered = Settings {
+            filter: Filter::BlackmanHarris,
+            seed: 200,
+            ..Settings { crop: Crop::full(wide), ..base.clone() }
+        };
+        let filtered = estimate(&room(wide), &filtered, 64, 16);
+        let large = scenes::square(48, Filter::Box);
+        let large = estimate(&room(large), &Settings { crop: Crop::full(large), seed: 300, ..base.clone() }, 16, 16);
+        for (what, other, whole) in
+            [("1 spp", &few, false), ("Blackman-Harris", &filtered, true), ("48²", &large, false)]
+        {
+            let (a, b) = if whole { (reference.whole(), other.whole()) } else { (reference.clone(), other.clone()) };
+            let comparison = Comparison::new(&a, &b);
+            println!("{integrator} {what}: {comparison}");
+            assert!(!comparison.differs(), "{integrator} {what}: {comparison}");
+            assert!(comparison.visible_bias < 0.03, "{integrator} {what}: {comparison}");
+        }
+    }
+}
+
+#[test]
+fn brightness_does_not_depend_on_distance() {
+    // A furnace fills every image with the same radiance, however near or far its walls are, and whatever the zoom.
+    let sensor = scenes::square(16, Filter::Box);
+    for integrator in IntegratorKind::ALL {
+        let settings = Settings { integrator, max_depth: 3, ..Settings::new(sensor) };
+        for scale in [1e-3_f32, 1.0, 1e3] {
+            let scene = scenes::scaled_furnace(0.5, 1.0, scale, sensor);
+            let found = estimate(&scene, &settings, 32, 12);
+            let p = found.p_of_mean(1.75);
+            println!("{integrator} at scale {scale}: {:.4}, p = {p:.2e}", found.image_mean());
+            assert!(p > 1e-4 && (found.image_mean() / 1.75 - 1.0).abs() < 0.02, "{integrator} at scale {scale}");
+        }
+    }
+}
