@@ -4,7 +4,6 @@ use glam::vec3;
 use rand::rngs::StdRng;
 
 use super::*;
-use crate::math::Frame;
 
 /// Follows diffuse bounces inside; `near_edge` says where rounding may have put a point beyond another face.
 fn bounce(g: &Geometry, start: Vec3, r: &mut StdRng, near_edge: impl Fn(&Surface) -> bool, self_hit: f32) {
