@@ -4,7 +4,7 @@
 //! same whatever the tree. Coordinates up to about 1e18 m in magnitude can be hit.
 //!
 //! Memory: a triangle takes 16 bytes of indices, 44 bytes in a leaf and its share of a 64-byte node (one for about
-//! two triangles); a vertex takes 24 bytes.
+//! two or three triangles); a vertex takes 24 bytes.
 
 mod build;
 mod bvh;
@@ -127,11 +127,13 @@ impl Geometry {
     /// Adds an analytic sphere; one of radius 0 is never hit.
     ///
     /// # Panics
-    /// If a coordinate or the radius is not finite, or the radius is negative. Also after [`Self::build`].
+    /// If a coordinate of the sphere's box is not finite, or the radius is negative. Also after [`Self::build`].
     pub fn add_sphere(&mut self, center: Vec3, radius: f32, material: MaterialId) {
         assert!(self.tree.is_none(), "primitives come before build()");
-        assert!(center.is_finite() && radius.is_finite() && radius >= 0.0, "a sphere is finite");
-        self.spheres.push((Sphere { center, radius }, material));
+        let sphere = Sphere { center, radius };
+        let Bounds { min, max } = sphere.bounds();
+        assert!(radius >= 0.0 && min.is_finite() && max.is_finite(), "a sphere is finite");
+        self.spheres.push((sphere, material));
     }
 
     /// Builds the tree. No primitive may be added afterwards; ids are final from here on.

@@ -1,3 +1,6 @@
+mod offset;
+mod surface;
+
 use std::{collections::HashMap, time::Instant};
 
 use glam::vec3;
@@ -91,9 +94,14 @@ fn the_tree_answers_as_no_tree_does() {
     let mut hits = 0;
     for case in 0..60 {
         let mut g = Geometry::default();
-        // Small integer coordinates make coplanar, degenerate and duplicate triangles and equal distances common.
-        let coarse = case % 2 == 0;
-        let mut point = |r: &mut StdRng| if coarse { (3.0 * cube(r)).round() } else { 3.0 * cube(r) };
+        // Small integer coordinates make coplanar, degenerate and duplicate triangles and equal distances common; in
+        // two tilted planes most rays see triangles edge-on, where rounding decides.
+        let tilted = Frame::around(vec3(0.48, 0.6, 0.64));
+        let point = |r: &mut StdRng| match case % 3 {
+            0 => (3.0 * cube(r)).round(),
+            1 => 3.0 * cube(r),
+            _ => tilted.to_world((3.0 * cube(r)).round() * vec3(1.0, 1.0, 1e-3)),
+        };
         for _ in 0..case % 4 {
             let center = point(&mut r);
             g.add_sphere(center, r.random_range(0.0..1.5), M);
@@ -114,7 +122,7 @@ fn the_tree_answers_as_no_tree_does() {
         g.add_triangles(corners.as_flattened(), None, &indices, M);
         g.build();
         for _ in 0..500 {
-            let zeros = [r.random_range(0..4), r.random_range(0..4), r.random_range(0..4)];
+            let zeros = [0; 3].map(|_| r.random_range(0..if case % 3 == 2 { 40 } else { 4 }));
             let origin = point(&mut r);
             let target = point(&mut r);
             let mut d = target - origin;
@@ -179,7 +187,7 @@ fn nothing_leaks_between_the_triangles_of_a_closed_mesh() {
         g.add_triangles(&p, None, &t, M);
         g.build();
         let mut leaks = 0;
-        for i in 0..500_000 {
+        for i in 0..1_000_000 {
             let origin = center + 0.5 * cube(&mut r);
             let [a, b, _] = t[r.random_range(0..t.len())].map(|i| p[i as usize]);
             let target = if i % 4 == 0 { a } else { a.lerp(b, r.random()) };
@@ -189,99 +197,6 @@ fn nothing_leaks_between_the_triangles_of_a_closed_mesh() {
             leaks += u32::from(!seen || !dark);
         }
         assert_eq!(leaks, 0, "around {center}");
-    }
-}
-
-/// Follows diffuse bounces inside; `near_edge` says where rounding may have put a point beyond another face.
-fn bounce(g: &Geometry, start: Vec3, r: &mut StdRng, near_edge: impl Fn(&Surface) -> bool, self_hit: f32) {
-    let (mut origin, mut skip, mut d) = (start, PrimitiveId::NONE, vec3(0.3, 0.5, 0.7));
-    for i in 0..20_000 {
-        let ray = ray(origin, d);
-        let hit = g.closest(&ray, skip).unwrap_or_else(|| panic!("bounce {i} escaped from {origin} along {d}"));
-        let s = g.surface(&ray, &hit);
-        assert!(s.position.distance(origin) > self_hit || i == 0, "bounce {i} hit itself at {origin} along {d}");
-        if near_edge(&s) {
-            (origin, skip, d) = (start, PrimitiveId::NONE, cube(r));
-            continue;
-        }
-        let side = -d.dot(s.normal).signum() * s.normal;
-        // Some as grazing as f32 directions go.
-        let mut local = warp::cosine_hemisphere(square(r));
-        if i % 3 == 0 {
-            local.z *= 1e-4;
-        }
-        d = Frame::around(side).to_world(local.normalize());
-        if d.dot(side) <= 0.0 {
-            d = side;
-        }
-        origin = offset_origin(s.position, s.normal, s.error, d);
-        skip = hit.primitive;
-    }
-}
-
-#[test]
-fn bounces_inside_a_box_neither_escape_nor_hit_their_own_wall() {
-    let mut r = rng();
-    for (size, center) in
-        [(1e-4, Vec3::ZERO), (1.0, Vec3::ZERO), (1e6, Vec3::ZERO), (10.0, vec3(1e4, -1e4, 1e4)), (1e-4, Vec3::ONE)]
-    {
-        let corner = |i: u32| center + size * (2.0 * vec3((i & 1) as f32, (i >> 1 & 1) as f32, (i >> 2) as f32) - 1.0);
-        let p: Vec<Vec3> = (0..8).map(corner).collect();
-        let quads = [[0, 1, 3, 2], [4, 5, 7, 6], [0, 1, 5, 4], [2, 3, 7, 6], [0, 2, 6, 4], [1, 3, 7, 5]];
-        let t: Vec<_> = quads.iter().flat_map(|&[a, b, c, d]| [[a, b, c], [a, c, d]]).collect();
-        let mut g = Geometry::default();
-        g.add_triangles(&p, None, &t, M);
-        g.build();
-        let near_edge = |s: &Surface| {
-            let margin = 8.0 * s.error + 1e-3 * size;
-            (0..3).filter(|&k| (s.position[k] - p[0][k]).abs().min((s.position[k] - p[7][k]).abs()) < margin).count()
-                > 1
-        };
-        bounce(&g, center, &mut r, near_edge, 1e-5 * size);
-    }
-}
-
-#[test]
-fn bounces_inside_a_sphere_neither_escape_nor_hit_themselves() {
-    let mut r = rng();
-    for (radius, center) in
-        [(1e-4, Vec3::ZERO), (1.0, Vec3::ZERO), (1e6, Vec3::ZERO), (10.0, vec3(1e4, -1e4, 1e4)), (1e-4, Vec3::ONE)]
-    {
-        let mut g = Geometry::default();
-        g.add_sphere(center, radius, M);
-        g.build();
-        bounce(&g, center, &mut r, |_| false, 1e-6 * radius);
-    }
-}
-
-#[test]
-fn rays_that_leave_a_sphere_do_not_meet_it_again() {
-    let mut r = rng();
-    for (radius, center) in
-        [(1e-4, Vec3::ZERO), (1.0, Vec3::ZERO), (1e6, Vec3::ZERO), (1.0, vec3(1e4, -1e4, 1e4)), (1e-2, Vec3::ONE)]
-    {
-        let mut g = Geometry::default();
-        g.add_sphere(center, radius, M);
-        g.build();
-        for i in 0..20_000 {
-            let s = g.sample(PrimitiveId(0), square(&mut r));
-            let mut local = warp::cosine_hemisphere(square(&mut r));
-            local.z *= [1.0, 1e-2, 1e-4, 1e-6][i % 4];
-            let out = Frame::around(s.normal).to_world(local.normalize());
-            if out.dot(s.normal) <= 0.0 {
-                continue;
-            }
-            let from = |d| ray(offset_origin(s.position, s.normal, s.error, d), d);
-            assert!(!g.occluded(&from(out), [PrimitiveId::NONE; 2]), "reflected at {s:?} along {out}");
-            // Transmitted: the far side and nothing else; then out of it.
-            let inner = from(out - 2.0 * out.dot(s.normal) * s.normal);
-            if inner.direction.dot(s.normal) < 0.0 {
-                let hit = g.closest(&inner, PrimitiveId(0)).expect("the far side");
-                let far = g.surface(&inner, &hit);
-                let again = ray(offset_origin(far.position, far.normal, far.error, far.normal), far.normal);
-                assert!(g.closest(&again, PrimitiveId::NONE).is_none());
-            }
-        }
     }
 }
 
@@ -330,62 +245,6 @@ fn hostile_scenes_build_quickly_and_keep_to_the_stack() {
         }
     }
     assert!(start.elapsed().as_secs() < 20);
-}
-
-#[test]
-fn samples_are_uniform_in_area() {
-    let mut g = soup(&[[Vec3::ZERO, 3.0 * Vec3::X, vec3(1.0, 2.0, 0.0)]]);
-    g.add_sphere(vec3(1.0, 2.0, 3.0), 2.0, MaterialId(7));
-    g.build();
-    let (flat, round) = (PrimitiveId(0), PrimitiveId(1));
-    assert!((g.area(flat) - 3.0).abs() < 1e-6 && (g.area(round) - 50.265_48).abs() < 1e-4);
-    assert_eq!((g.material(flat), g.material(round), g.len()), (M, MaterialId(7), 2));
-    let mut r = rng();
-    let n = 100_000;
-    // Chi² over 4 triangles of equal area, and over 8 octants; 3 and 7 degrees of freedom, p ≈ 1e-4.
-    let (mut quarters, mut octants) = ([0_u32; 4], [0_u32; 8]);
-    for _ in 0..n {
-        let s = g.sample(flat, square(&mut r));
-        assert_eq!(s.normal, Vec3::Z);
-        let b = Vec2::new((s.position.x - 0.5 * s.position.y) / 3.0, s.position.y / 2.0);
-        assert!(b.x > -1e-6 && b.y > -1e-6 && b.x + b.y < 1.0 + 1e-6);
-        let corner = if b.x > 0.5 {
-            1
-        } else if b.y > 0.5 {
-            2
-        } else {
-            3 * usize::from(b.x + b.y >= 0.5)
-        };
-        quarters[corner] += 1;
-        let s = g.sample(round, square(&mut r));
-        let v = s.position - vec3(1.0, 2.0, 3.0);
-        assert!((v.length() - 2.0).abs() < 1e-6 && v.normalize().dot(s.normal) > 0.999_999);
-        octants[usize::from(v.x > 0.0) + 2 * usize::from(v.y > 0.0) + 4 * usize::from(v.z > 0.0)] += 1;
-    }
-    let chi2 = |counts: &[u32]| {
-        let e = f64::from(n) / counts.len() as f64;
-        counts.iter().map(|&c| (f64::from(c) - e).powi(2) / e).sum::<f64>()
-    };
-    assert!(chi2(&quarters) < 21.1 && chi2(&octants) < 29.9, "{quarters:?} {octants:?}");
-}
-
-#[test]
-fn shading_normals_are_interpolated_and_on_the_side_of_the_winding() {
-    let p = [Vec3::ZERO, Vec3::X, Vec3::Y];
-    let surface = |n: [Vec3; 3]| {
-        let mut g = Geometry::default();
-        g.add_triangles(&p, Some(&n), &[[0, 1, 2]], M);
-        g.build();
-        let ray = ray(vec3(0.25, 0.25, 1.0), -Vec3::Z);
-        g.surface(&ray, &g.closest(&ray, PrimitiveId::NONE).expect("hit"))
-    };
-    let n = [vec3(0.0, 0.0, 1.0), vec3(0.6, 0.0, 0.8), vec3(0.0, 0.6, 0.8)];
-    let expected = (0.5 * n[0] + 0.25 * n[1] + 0.25 * n[2]).normalize();
-    let s = surface(n);
-    assert!(s.normal == Vec3::Z && s.shading_normal.distance(expected) < 1e-6);
-    assert_eq!(surface(n.map(|n| -n)).shading_normal, s.shading_normal);
-    assert_eq!(surface([Vec3::ZERO; 3]).shading_normal, Vec3::Z);
-    assert!(s.error > 0.0 && s.error < 1e-6);
 }
 
 #[test]

@@ -1,0 +1,99 @@
+//! Rays that leave a surface.
+
+use glam::vec3;
+use rand::rngs::StdRng;
+
+use super::*;
+
+/// Follows diffuse bounces inside; `near_edge` says where rounding may have put a point beyond another face.
+fn bounce(g: &Geometry, start: Vec3, r: &mut StdRng, near_edge: impl Fn(&Surface) -> bool, self_hit: f32) {
+    let (mut origin, mut skip, mut d) = (start, PrimitiveId::NONE, vec3(0.3, 0.5, 0.7));
+    for i in 0..20_000 {
+        let ray = ray(origin, d);
+        let hit = g.closest(&ray, skip).unwrap_or_else(|| panic!("bounce {i} escaped from {origin} along {d}"));
+        let s = g.surface(&ray, &hit);
+        assert!(s.position.distance(origin) > self_hit || i == 0, "bounce {i} hit itself at {origin} along {d}");
+        if near_edge(&s) {
+            (origin, skip, d) = (start, PrimitiveId::NONE, cube(r));
+            continue;
+        }
+        let side = -d.dot(s.normal).signum() * s.normal;
+        // Some as grazing as f32 directions go.
+        let mut local = warp::cosine_hemisphere(square(r));
+        if i % 3 == 0 {
+            local.z *= 1e-4;
+        }
+        d = Frame::around(side).to_world(local.normalize());
+        if d.dot(side) <= 0.0 {
+            d = side;
+        }
+        origin = offset_origin(s.position, s.normal, s.error, d);
+        skip = hit.primitive;
+    }
+}
+
+#[test]
+fn bounces_inside_a_box_neither_escape_nor_hit_their_own_wall() {
+    let mut r = rng();
+    for (size, center) in
+        [(1e-4, Vec3::ZERO), (1.0, Vec3::ZERO), (1e6, Vec3::ZERO), (10.0, vec3(1e4, -1e4, 1e4)), (1e-4, Vec3::ONE)]
+    {
+        let corner = |i: u32| center + size * (2.0 * vec3((i & 1) as f32, (i >> 1 & 1) as f32, (i >> 2) as f32) - 1.0);
+        let p: Vec<Vec3> = (0..8).map(corner).collect();
+        let quads = [[0, 1, 3, 2], [4, 5, 7, 6], [0, 1, 5, 4], [2, 3, 7, 6], [0, 2, 6, 4], [1, 3, 7, 5]];
+        let t: Vec<_> = quads.iter().flat_map(|&[a, b, c, d]| [[a, b, c], [a, c, d]]).collect();
+        let mut g = Geometry::default();
+        g.add_triangles(&p, None, &t, M);
+        g.build();
+        let near_edge = |s: &Surface| {
+            let margin = 8.0 * s.error + 1e-3 * size;
+            (0..3).filter(|&k| (s.position[k] - p[0][k]).abs().min((s.position[k] - p[7][k]).abs()) < margin).count()
+                > 1
+        };
+        bounce(&g, center, &mut r, near_edge, 1e-5 * size);
+    }
+}
+
+#[test]
+fn bounces_inside_a_sphere_neither_escape_nor_hit_themselves() {
+    let mut r = rng();
+    for (radius, center) in
+        [(1e-4, Vec3::ZERO), (1.0, Vec3::ZERO), (1e6, Vec3::ZERO), (10.0, vec3(1e4, -1e4, 1e4)), (1e-4, Vec3::ONE)]
+    {
+        let mut g = Geometry::default();
+        g.add_sphere(center, radius, M);
+        g.build();
+        bounce(&g, center, &mut r, |_| false, 1e-6 * radius);
+    }
+}
+
+#[test]
+fn rays_that_leave_a_sphere_do_not_meet_it_again() {
+    let mut r = rng();
+    for (radius, center) in
+        [(1e-4, Vec3::ZERO), (1.0, Vec3::ZERO), (1e6, Vec3::ZERO), (1.0, vec3(1e4, -1e4, 1e4)), (1e-2, Vec3::ONE)]
+    {
+        let mut g = Geometry::default();
+        g.add_sphere(center, radius, M);
+        g.build();
+        for i in 0..20_000 {
+            let s = g.sample(PrimitiveId(0), square(&mut r));
+            let mut local = warp::cosine_hemisphere(square(&mut r));
+            local.z *= [1.0, 1e-2, 1e-4, 1e-6][i % 4];
+            let out = Frame::around(s.normal).to_world(local.normalize());
+            if out.dot(s.normal) <= 0.0 {
+                continue;
+            }
+            let from = |d| ray(offset_origin(s.position, s.normal, s.error, d), d);
+            assert!(!g.occluded(&from(out), [PrimitiveId::NONE; 2]), "reflected at {s:?} along {out}");
+            // Transmitted: the far side and nothing else; then out of it.
+            let inner = from(out - 2.0 * out.dot(s.normal) * s.normal);
+            if inner.direction.dot(s.normal) < 0.0 {
+                let hit = g.closest(&inner, PrimitiveId(0)).expect("the far side");
+                let far = g.surface(&inner, &hit);
+                let again = ray(offset_origin(far.position, far.normal, far.error, far.normal), far.normal);
+                assert!(g.closest(&again, PrimitiveId::NONE).is_none());
+            }
+        }
+    }
+}
