@@ -54,6 +54,7 @@
 //! assert!((1..=3).all(|t| path.pdf(Strategy { s: 3 - t, t }) > 0.0));
 //! ```
 
+pub mod cli;
 pub mod film;
 pub mod integrator;
 pub mod io;

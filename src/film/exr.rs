@@ -35,9 +35,11 @@ pub fn encode_exr(image: &Image, header: &Header) -> io::Result<Vec<u8>> {
     let mut shared = ImageAttributes::new(display);
     shared.chromaticities = Some(REC_709);
 
-    let mut own = LayerAttributes::default();
-    own.layer_position = Vec2(header.crop.x0 as i32, header.crop.y0 as i32);
-    own.software_name = Some(Text::from(concat!("pathspace ", env!("CARGO_PKG_VERSION"))));
+    let mut own = LayerAttributes {
+        layer_position: Vec2(header.crop.x0 as i32, header.crop.y0 as i32),
+        software_name: Some(Text::from(concat!("pathspace ", env!("CARGO_PKG_VERSION")))),
+        ..LayerAttributes::default()
+    };
     for (name, value) in &header.attributes {
         let name = Text::from_slice_unchecked(format!("pathspace.{name}").as_bytes());
         own.other.insert(name, AttributeValue::Text(Text::from_slice_unchecked(value.as_bytes())));

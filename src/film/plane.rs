@@ -18,9 +18,9 @@ pub struct FixedPoint {
 }
 
 impl FixedPoint {
-    /// How many bits of a typical radiance lie below the point. The 34 bits above it hold the sum of a million samples
-    /// of 16,000 times that radiance.
-    const BITS: i32 = 30;
+    /// How many bits of the peak radiance lie below the point. The 24 bits above it hold the sum of a million samples of
+    /// 16 times the peak; the 40 below resolve an image a hundred million times dimmer than its light.
+    const BITS: i32 = 40;
     /// Far inside what f64 can represent, far outside what f32 radiances can reach.
     const LARGEST: i32 = 400;
     /// A single deposit must stay below this many quanta.
@@ -31,9 +31,9 @@ impl FixedPoint {
         Self { exponent: exponent.clamp(-Self::LARGEST, Self::LARGEST) }
     }
 
-    /// The quantum for images of about this radiance: 30 binary digits below its leading one. Where the scale is not
-    /// a positive number (nothing emits), any quantum will do.
-    pub fn for_radiance(scale: f64) -> Self {
+    /// The quantum for a scene in which nothing emits more than `scale`, a radiance: 40 binary digits below its leading
+    /// one. Where the scale is not a positive number (nothing emits), any quantum will do.
+    pub fn for_peak_radiance(scale: f64) -> Self {
         if !scale.is_normal() || scale < 0.0 {
             return Self::with_exponent(-Self::BITS);
         }
@@ -108,11 +108,11 @@ mod tests {
     fn quanta_are_powers_of_two_that_follow_the_scale() {
         assert_eq!(FixedPoint::with_exponent(-3).quantum(), 0.125);
         assert_eq!(FixedPoint::with_exponent(-3).per_unit(), 8.0);
-        assert_eq!(FixedPoint::for_radiance(1.0).exponent(), -30);
-        assert_eq!(FixedPoint::for_radiance(1.99).exponent(), -30);
-        assert_eq!(FixedPoint::for_radiance(1024.0).exponent(), -20);
+        assert_eq!(FixedPoint::for_peak_radiance(1.0).exponent(), -40);
+        assert_eq!(FixedPoint::for_peak_radiance(1.99).exponent(), -40);
+        assert_eq!(FixedPoint::for_peak_radiance(1024.0).exponent(), -30);
         for odd in [0.0, -1.0, f64::NAN, f64::INFINITY] {
-            assert_eq!(FixedPoint::for_radiance(odd).exponent(), -30);
+            assert_eq!(FixedPoint::for_peak_radiance(odd).exponent(), -40);
         }
         assert!(FixedPoint::with_exponent(i32::MIN).quantum() > 0.0);
         assert!(FixedPoint::with_exponent(i32::MAX).quantum().is_finite());

@@ -20,6 +20,14 @@ impl Filter {
     /// The number of pixels that the widest filter covers along one axis.
     pub const MAX_WIDTH: usize = 3;
 
+    /// The name on the command line and in files.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Box => "box",
+            Self::BlackmanHarris => "blackman-harris",
+        }
+    }
+
     /// Half the width of the support along each axis, in pixels; a whole number and a half.
     #[inline]
     pub fn radius(self) -> f32 {
@@ -70,10 +78,7 @@ fn blackman_harris(x: f32) -> f32 {
 
 impl fmt::Display for Filter {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.pad(match self {
-            Self::Box => "box",
-            Self::BlackmanHarris => "blackman-harris",
-        })
+        f.pad(self.name())
     }
 }
 
@@ -86,7 +91,7 @@ impl FromStr for Filter {
     type Err = UnknownFilter;
 
     fn from_str(name: &str) -> Result<Self, UnknownFilter> {
-        Self::ALL.into_iter().find(|f| f.to_string() == name).ok_or(UnknownFilter)
+        Self::ALL.into_iter().find(|f| f.name() == name).ok_or(UnknownFilter)
     }
 }
 

@@ -1,0 +1,121 @@
+//! The options of `pathspace render`.
+
+use std::{path::PathBuf, time::Duration};
+
+use super::{
+    shim::{IntegratorKind, Strategy},
+    terminal::Verbosity,
+    values::{self, Bytes, LookAt, Roulette},
+};
+use crate::{film::Crop, sampling::Filter};
+
+/// Larger images are refused: pixels are numbered by 32 bits, padding included.
+const LARGEST_SIDE: i64 = 32_768;
+
+#[derive(Debug, clap::Args)]
+pub(super) struct RenderArgs {
+    /// The scene, glTF 2.0 (.gltf or .glb)
+    pub(super) scene: PathBuf,
+
+    /// Image to write, .exr (linear, lossless) or .png; may be given several times [default: SCENE-INTEGRATOR.exr and
+    /// .png in the working directory]
+    #[arg(short, long, value_name = "OUT")]
+    pub(super) output: Vec<PathBuf>,
+
+    /// Path tracing, light tracing, both in one, or bidirectional path tracing
+    #[arg(short, long, value_name = "NAME", default_value = "bdpt", value_parser = values::integrator())]
+    pub(super) integrator: IntegratorKind,
+
+    /// Samples per pixel [default: 64]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1 << 24))]
+    pub(super) spp: Option<u32>,
+
+    /// Render for so long (30s, 5m, 2h) instead of a fixed number of samples
+    #[arg(long, value_name = "TIME", conflicts_with = "spp", value_parser = values::duration)]
+    pub(super) time: Option<Duration>,
+
+    /// Image width in pixels [default: 512, or from --height]
+    #[arg(long, value_name = "W", value_parser = clap::value_parser!(u32).range(1..=LARGEST_SIDE))]
+    pub(super) width: Option<u32>,
+
+    /// Image height in pixels [default: from the width and the camera's aspect, 4:3 where it has none]
+    #[arg(long, value_name = "H", value_parser = clap::value_parser!(u32).range(1..=LARGEST_SIDE))]
+    pub(super) height: Option<u32>,
+
+    /// Longest path, in edges
+    #[arg(long, value_name = "N", default_value_t = 16, value_parser = clap::value_parser!(u32).range(1..=255))]
+    pub(super) max_depth: u32,
+
+    /// Seed of all random numbers
+    #[arg(long, value_name = "S", default_value_t = 0)]
+    pub(super) seed: u64,
+
+    /// Threads [default: one for each logical processor]; the image does not depend on it
+    #[arg(long, value_name = "T", value_parser = clap::value_parser!(u16).range(1..=1024))]
+    pub(super) threads: Option<u16>,
+
+    /// Reconstruction filter
+    #[arg(long, value_name = "NAME", default_value = "box", value_parser = values::filter())]
+    pub(super) filter: Filter,
+
+    /// Exposure of PNG images: radiances times 2^EV [default: automatic]
+    #[arg(long, value_name = "EV", allow_negative_numbers = true, value_parser = values::finite)]
+    pub(super) exposure: Option<f32>,
+
+    /// Render only the pixels x0 ≤ x < x1, y0 ≤ y < y1: exactly that part of the full image
+    #[arg(long, value_name = "x0,y0,x1,y1", allow_hyphen_values = true, value_parser = values::crop)]
+    pub(super) crop: Option<Crop>,
+
+    /// Russian roulette from this number of edges on, or 'off'
+    #[arg(long, value_name = "off|DEPTH", default_value = "4", value_parser = values::roulette)]
+    pub(super) roulette: Roulette,
+
+    /// Clamp every contribution to X per channel, which biases the image; recorded in the file [default: off]
+    #[arg(long, value_name = "X", value_parser = values::positive)]
+    pub(super) clamp: Option<f32>,
+
+    /// Only the paths that this strategy samples: s vertices from the light, t from the camera
+    #[arg(long, value_name = "s,t", value_parser = values::strategy)]
+    pub(super) only_strategy: Option<Strategy>,
+
+    /// With --only-strategy: the strategy by itself, not weighted against the others
+    #[arg(long, requires = "only_strategy")]
+    pub(super) unweighted: bool,
+
+    /// Camera of the file, by name or index [default: the first]
+    #[arg(long, value_name = "NAME|INDEX")]
+    pub(super) camera: Option<String>,
+
+    /// A camera at e that looks at t, y upwards, with a vertical field of view in degrees [default: that of the file's
+    /// first camera, or 45]
+    #[arg(
+        long,
+        value_name = "ex,ey,ez,tx,ty,tz[,yfov]",
+        conflicts_with = "camera",
+        allow_hyphen_values = true,
+        value_parser = values::look_at
+    )]
+    pub(super) look_at: Option<LookAt>,
+
+    /// Refuse images whose film needs more memory than this
+    #[arg(long, value_name = "SIZE", default_value = "4GiB", value_parser = values::bytes)]
+    pub(super) memory_limit: Bytes,
+
+    /// Say nothing but errors
+    #[arg(short, long, conflicts_with = "verbose")]
+    quiet: bool,
+
+    /// Say what was read and chosen
+    #[arg(short, long)]
+    verbose: bool,
+}
+
+impl RenderArgs {
+    pub(super) fn verbosity(&self) -> Verbosity {
+        match (self.quiet, self.verbose) {
+            (true, _) => Verbosity::Quiet,
+            (_, true) => Verbosity::Verbose,
+            _ => Verbosity::Normal,
+        }
+    }
+}

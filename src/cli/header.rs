@@ -1,0 +1,68 @@
+//! What an image file says about how it was made: everything that changes pixels, and nothing else. No paths,
+//! threads, hosts, dates or timings, so that the same image is the same file wherever it was rendered.
+
+use super::shim::{self, NamedCamera, Settings, Strategy, Weighting};
+use crate::{
+    film::{Crop, Film, Header},
+    scene::camera::Sensor,
+};
+
+/// The instructions that the arithmetic uses. Images are comparable to the bit only within one such path.
+const INSTRUCTIONS: &str = "scalar";
+
+/// What was rendered.
+pub(super) struct Job<'a> {
+    pub(super) scene_hash: String,
+    pub(super) camera: &'a NamedCamera,
+    pub(super) sensor: Sensor,
+    pub(super) settings: &'a Settings,
+    pub(super) only: Option<(Strategy, Weighting)>,
+}
+
+/// The header of the image after `passes` passes.
+pub(super) fn header(job: &Job<'_>, film: &Film, passes: u32) -> Header {
+    let settings = job.settings;
+    let camera = job.camera;
+    let mut attributes = vec![
+        ("version", env!("CARGO_PKG_VERSION").to_owned()),
+        ("scene", job.scene_hash.clone()),
+        ("camera", format!("at {} to {} up {} yfov {}", camera.position, camera.forward, camera.up, camera.yfov)),
+        ("integrator", shim::integrator_name(settings.integrator).to_owned()),
+        ("spp", passes.to_string()),
+        ("seed", settings.seed.to_string()),
+        ("max-depth", settings.max_depth.to_string()),
+        ("roulette", settings.roulette.map_or("off".to_owned(), |depth| depth.to_string())),
+        ("filter", settings.filter.to_string()),
+        ("quantum", format!("2^{}", film.scale().exponent())),
+        ("instructions", INSTRUCTIONS.to_owned()),
+        ("noise", noise(film, passes)),
+    ];
+    if let Some(clamp) = settings.clamp {
+        attributes.push(("clamp", clamp.to_string()));
+    }
+    if let Some((strategy, weighting)) = job.only {
+        let weighting = match weighting {
+            Weighting::Weighted => "weighted",
+            Weighting::Unweighted => "unweighted",
+        };
+        attributes.push(("only-strategy", format!("{},{} {weighting}", strategy.s, strategy.t)));
+    }
+    if settings.crop != Crop::full(job.sensor) {
+        let Crop { x0, y0, x1, y1 } = settings.crop;
+        attributes.push(("crop", format!("{x0},{y0},{x1},{y1}")));
+    }
+    let errors = film.errors();
+    if !errors.is_empty() {
+        attributes.push(("errors", format!("{errors:?}")));
+    }
+    Header { sensor: job.sensor, crop: settings.crop, attributes }
+}
+
+/// What is known about the noise, in words where it is nothing.
+fn noise(film: &Film, passes: u32) -> String {
+    match film.noise(passes) {
+        Some(noise) => format!("relMSE {noise:.4e} from two half images"),
+        None if passes == 1 => "unknown: one sample per pixel".to_owned(),
+        None => "unknown: the half images of an odd number of samples differ in length".to_owned(),
+    }
+}

@@ -1,0 +1,142 @@
+//! The command line: options in, images and exit codes out.
+
+mod args;
+mod camera;
+mod exit;
+mod header;
+mod info;
+mod progress;
+mod render;
+mod shim;
+mod terminal;
+mod values;
+
+use std::{
+    env,
+    panic::{self, PanicHookInfo},
+    path::PathBuf,
+    sync::Once,
+};
+
+use clap::{Parser, Subcommand, error::ErrorKind};
+
+pub use self::exit::Exit;
+use self::exit::Failure;
+
+/// Renders glTF scenes by path, light and bidirectional path tracing over one path-space core.
+#[derive(Debug, Parser)]
+#[command(name = "pathspace", version, after_help = Exit::help(), max_term_width = 100)]
+struct Cli {
+    #[command(subcommand)]
+    command: Command,
+}
+
+#[derive(Debug, Subcommand)]
+enum Command {
+    /// Render a scene to image files
+    #[command(after_help = Exit::help())]
+    Render(Box<args::RenderArgs>),
+    /// Say what a scene file holds: geometry, cameras, materials, lights, warnings
+    #[command(after_help = Exit::help())]
+    Info {
+        /// The scene, glTF 2.0 (.gltf or .glb)
+        scene: PathBuf,
+    },
+}
+
+/// Runs the program with the process's arguments; every error has been said when it returns.
+pub fn run() -> Exit {
+    guarded(|| match Cli::try_parse_from(env::args_os()) {
+        Ok(cli) => match dispatch(&cli.command) {
+            Ok(()) => Exit::Done,
+            Err(failure) => {
+                terminal::error(&failure.sentence);
+                failure.exit
+            }
+        },
+        Err(error) => explain_usage(&error),
+    })
+}
+
+fn dispatch(command: &Command) -> Result<(), Failure> {
+    match command {
+        Command::Render(args) => render::run(args),
+        Command::Info { scene } => info::run(scene),
+    }
+}
+
+/// Says what is wrong with the arguments in one sentence, or shows the help that was asked for.
+fn explain_usage(error: &clap::Error) -> Exit {
+    match error.kind() {
+        ErrorKind::DisplayHelp | ErrorKind::DisplayVersion => {
+            // As with every answer, a closed pipe is no failure.
+            let _ = error.print();
+            Exit::Done
+        }
+        ErrorKind::DisplayHelpOnMissingArgumentOrSubcommand => {
+            let _ = error.print();
+            Exit::Usage
+        }
+        _ => {
+            terminal::error(one_sentence(&error.render().to_string()));
+            Exit::Usage
+        }
+    }
+}
+
+/// The first paragraph of clap's message, on one line and without its prefix.
+fn one_sentence(message: &str) -> String {
+    let paragraph = message.split("\n\n").next().unwrap_or_default();
+    let line = paragraph.split_whitespace().collect::<Vec<_>>().join(" ");
+    format!("{} (see 'pathspace --help')", line.trim_start_matches("error: "))
+}
+
+/// Turns a panic, which is always a bug of ours, into a sentence that asks for a report, and its exit code.
+fn guarded(program: impl FnOnce() -> Exit + panic::UnwindSafe) -> Exit {
+    panic::set_hook(Box::new(ask_for_a_report));
+    panic::catch_unwind(program).unwrap_or(Exit::Bug)
+}
+
+fn ask_for_a_report(panic: &PanicHookInfo<'_>) {
+    // Several threads may meet the same bug.
+    static ASKED: Once = Once::new();
+    ASKED.call_once(|| {
+        let payload = panic.payload();
+        let literal = payload.downcast_ref::<&str>().copied();
+        let what = literal.or(payload.downcast_ref::<String>().map(String::as_str)).unwrap_or("no message");
+        let what = what.replace('\n', " ");
+        let place = panic.location().map(|l| format!(" at {}:{}", l.file(), l.line())).unwrap_or_default();
+        terminal::error(format_args!(
+            "this is a bug in pathspace ({what}{place}); please report it together with the command and the scene"
+        ));
+    });
+}
+
+#[cfg(test)]
+mod tests {
+    use clap::CommandFactory;
+
+    use super::*;
+
+    #[test]
+    fn the_options_are_consistent() {
+        Cli::command().debug_assert();
+    }
+
+    #[test]
+    fn usage_errors_become_one_sentence() {
+        for arguments in [&["pathspace", "paint"][..], &["pathspace", "render"], &["pathspace", "info", "--nonsense"]] {
+            let error = Cli::try_parse_from(arguments).unwrap_err();
+            let sentence = one_sentence(&error.render().to_string());
+            assert!(!sentence.contains('\n') && !sentence.starts_with("error"), "{sentence}");
+        }
+    }
+
+    #[test]
+    fn a_panic_ends_in_its_own_exit_code() {
+        let usual = panic::take_hook();
+        let exit = guarded(|| panic!("planted"));
+        panic::set_hook(usual);
+        assert_eq!(exit, Exit::Bug);
+    }
+}

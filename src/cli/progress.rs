@@ -1,0 +1,183 @@
+//! How far a render is.
+
+use std::{
+    fmt,
+    time::{Duration, Instant},
+};
+
+use indicatif::{ProgressBar, ProgressStyle};
+
+use super::terminal::Terminal;
+
+/// When a render is finished.
+#[derive(Clone, Copy, Debug)]
+pub(super) enum Goal {
+    /// After so many passes.
+    Passes(u32),
+    /// After so much time, at the end of a pass.
+    Time(Duration),
+}
+
+impl Goal {
+    /// The part of the work that is done, from 0 to 1.
+    fn fraction(self, passes: u32, elapsed: Duration) -> f64 {
+        let fraction = match self {
+            Self::Passes(all) => f64::from(passes) / f64::from(all),
+            Self::Time(all) => elapsed.as_secs_f64() / all.as_secs_f64(),
+        };
+        fraction.clamp(0.0, 1.0)
+    }
+
+    /// Whether no further pass is to be made. At least one always is; under a time, one more is if at least half of
+    /// it fits.
+    pub(super) fn is_reached(self, passes: u32, elapsed: Duration) -> bool {
+        match self {
+            Self::Passes(all) => passes >= all,
+            Self::Time(all) => passes > 0 && elapsed + elapsed / passes / 2 >= all,
+        }
+    }
+}
+
+/// A moment of a render.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Moment {
+    pub(super) goal: Goal,
+    pub(super) passes: u32,
+    pub(super) elapsed: Duration,
+    /// Samples so far: pixels times passes.
+    pub(super) samples: u64,
+    /// Rays so far.
+    pub(super) rays: u64,
+    /// The latest noise estimate, if there was one.
+    pub(super) noise: Option<f64>,
+}
+
+impl fmt::Display for Moment {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self.goal {
+            Goal::Passes(all) => write!(f, "{}/{all} spp", self.passes)?,
+            Goal::Time(all) => write!(f, "{} spp, {} of {}", self.passes, Clock(self.elapsed), Clock(all))?,
+        }
+        let per_second = |count: u64| count as f64 * 1e-6 / self.elapsed.as_secs_f64().max(1e-9);
+        write!(f, ", {:.2} Msamples/s, {:.2} Mrays/s", per_second(self.samples), per_second(self.rays))?;
+        if let Some(noise) = self.noise {
+            write!(f, ", noise {noise:.1e}")?;
+        }
+        let done = self.goal.fraction(self.passes, self.elapsed);
+        if done > 0.0 {
+            let left = self.elapsed.as_secs_f64() * (1.0 - done) / done;
+            write!(f, ", {} left", Clock(Duration::try_from_secs_f64(left).unwrap_or(Duration::MAX)))?;
+        }
+        Ok(())
+    }
+}
+
+/// A time as a person reads it: `3.1 s`, `2:05`, `1:02:05`.
+pub(super) struct Clock(pub(super) Duration);
+
+impl fmt::Display for Clock {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let seconds = self.0.as_secs();
+        match (seconds / 3600, seconds / 60 % 60, seconds % 60) {
+            (0, 0, _) => write!(f, "{:.1} s", self.0.as_secs_f64()),
+            (0, minutes, seconds) => write!(f, "{minutes}:{seconds:02}"),
+            (hours, minutes, seconds) => write!(f, "{hours}:{minutes:02}:{seconds:02}"),
+        }
+    }
+}
+
+/// Shows moments of a render: as a bar to a person who watches, as lines now and then to a file, or not at all.
+pub(super) struct Progress {
+    display: Display,
+    last: Instant,
+}
+
+enum Display {
+    Nothing,
+    Bar(ProgressBar),
+    Lines { terminal: Terminal, wait: Duration },
+}
+
+impl Progress {
+    const STEPS: u64 = 1000;
+    /// Between redraws of a bar: each costs a noise estimate over the whole film.
+    const REDRAW: Duration = Duration::from_millis(500);
+    /// Between lines, at most; the first ones come sooner.
+    const LINES: Duration = Duration::from_secs(30);
+
+    pub(super) fn new(terminal: Terminal) -> Self {
+        let display = if terminal.is_quiet() {
+            Display::Nothing
+        } else if terminal.is_interactive() {
+            let style = ProgressStyle::with_template("{bar:20} {wide_msg}").unwrap_or(ProgressStyle::default_bar());
+            Display::Bar(ProgressBar::new(Self::STEPS).with_style(style))
+        } else {
+            Display::Lines { terminal, wait: Duration::from_secs(1) }
+        };
+        Self { display, last: Instant::now() }
+    }
+
+    /// Whether it is time to show something.
+    pub(super) fn is_due(&self) -> bool {
+        let wait = match &self.display {
+            Display::Nothing => return false,
+            Display::Bar(_) => Self::REDRAW,
+            Display::Lines { wait, .. } => *wait,
+        };
+        self.last.elapsed() >= wait
+    }
+
+    pub(super) fn show(&mut self, moment: &Moment) {
+        match &mut self.display {
+            Display::Nothing => {}
+            Display::Bar(bar) => {
+                let done = moment.goal.fraction(moment.passes, moment.elapsed);
+                bar.set_position((done * Self::STEPS as f64) as u64);
+                bar.set_message(moment.to_string());
+            }
+            Display::Lines { terminal, wait } => {
+                terminal.say(moment);
+                *wait = (*wait * 2).min(Self::LINES);
+            }
+        }
+        self.last = Instant::now();
+    }
+
+    /// Removes the bar from the screen.
+    pub(super) fn finish(self) {
+        if let Display::Bar(bar) = self.display {
+            bar.finish_and_clear();
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_moment_reads_well() {
+        let mut moment = Moment {
+            goal: Goal::Passes(64),
+            passes: 16,
+            elapsed: Duration::from_secs(10),
+            samples: 20_000_000,
+            rays: 123_000_000,
+            noise: None,
+        };
+        assert_eq!(moment.to_string(), "16/64 spp, 2.00 Msamples/s, 12.30 Mrays/s, 30.0 s left");
+        moment.noise = Some(3.21e-3);
+        moment.goal = Goal::Time(Duration::from_secs(3700));
+        let text = "16 spp, 10.0 s of 1:01:40, 2.00 Msamples/s, 12.30 Mrays/s, noise 3.2e-3, 1:01:30 left";
+        assert_eq!(moment.to_string(), text);
+    }
+
+    #[test]
+    fn goals_are_reached_at_the_end_of_a_pass() {
+        let second = Duration::from_secs(1);
+        assert!(!Goal::Passes(2).is_reached(1, second) && Goal::Passes(2).is_reached(2, second));
+        let goal = Goal::Time(Duration::from_millis(1600));
+        assert!(!goal.is_reached(0, second * 9), "an image has at least one pass");
+        assert!(!goal.is_reached(1, second) && goal.is_reached(2, second * 2));
+    }
+}

@@ -1,0 +1,231 @@
+//! `pathspace render`.
+
+use std::{path::PathBuf, time::Instant};
+
+use rayon::{ThreadPool, ThreadPoolBuilder};
+
+use super::{
+    args::RenderArgs,
+    camera,
+    exit::Failure,
+    header::{Job, header},
+    info,
+    progress::{Clock, Goal, Moment, Progress},
+    shim::{self, IntegratorKind, Renderer, Scene, Settings, Strategy, Weighting},
+    terminal::Terminal,
+};
+use crate::{
+    film::{Crop, Exposure, Film, Format, check_writable, encode_exr, encode_png, write_atomically},
+    scene::camera::Sensor,
+};
+
+const DEFAULT_SPP: u32 = 64;
+/// Besides the film's sums: the image, two halves while the noise is estimated, and the files before they are written.
+const IMAGE_BYTES_PER_PIXEL: u64 = 52;
+
+/// Renders as `args` say. What can be refused is refused before the first ray: wrong options, outputs that cannot be
+/// written, scenes that cannot be read, images that do not fit into memory.
+pub(super) fn run(args: &RenderArgs) -> Result<(), Failure> {
+    let terminal = Terminal::new(args.verbosity());
+    let only = only(args)?;
+    let outputs = outputs(args)?;
+    let pool = thread_pool(args)?;
+
+    let loaded = shim::load(&args.scene).map_err(|error| Failure::input(error.to_string()))?;
+    terminal.detail(info::describe(&loaded));
+    for warning in &loaded.warnings {
+        terminal.warn(warning);
+    }
+    let view = camera::choose(args, &loaded, terminal)?;
+    let sensor = camera::sensor(args, &view);
+    let settings = settings(args, crop(args, sensor)?);
+    check_memory(args, &settings)?;
+    let job = Job { scene_hash: loaded.hash.clone(), camera: &view, sensor, settings: &settings, only };
+    let scene = Scene::new(loaded, camera::build(&view, sensor));
+    foretell(&job, &scene, terminal);
+
+    let mut renderer = pool.install(|| Renderer::new(&scene, &settings));
+    let goal = args.time.map_or(Goal::Passes(args.spp.unwrap_or(DEFAULT_SPP)), Goal::Time);
+    let last = render(&mut renderer, &pool, goal, terminal);
+    summarise(&renderer, &last, terminal);
+    write(args, &outputs, &job, &renderer, terminal)
+}
+
+fn only(args: &RenderArgs) -> Result<Option<(Strategy, Weighting)>, Failure> {
+    let Some(strategy) = args.only_strategy else { return Ok(None) };
+    if strategy.s + strategy.t - 1 > args.max_depth {
+        let Strategy { s, t } = strategy;
+        let edges = s + t - 1;
+        return Err(Failure::usage(format!(
+            "strategy ({s},{t}) makes paths of {edges} edges, more than --max-depth {}",
+            args.max_depth
+        )));
+    }
+    Ok(Some((strategy, if args.unweighted { Weighting::Unweighted } else { Weighting::Weighted })))
+}
+
+/// The files to write, each of a known format and in a place where files can be created.
+fn outputs(args: &RenderArgs) -> Result<Vec<(PathBuf, Format)>, Failure> {
+    let mut paths = args.output.clone();
+    if paths.is_empty() {
+        let mut stem = args.scene.file_stem().unwrap_or("pathspace".as_ref()).to_owned();
+        stem.push("-");
+        stem.push(shim::integrator_name(args.integrator));
+        for extension in [".exr", ".png"] {
+            let mut name = stem.clone();
+            name.push(extension);
+            paths.push(name.into());
+        }
+    }
+    let with_format = |path: PathBuf| {
+        let refuse = |reason| Failure::usage(format!("cannot write '{}': {reason}", path.display()));
+        let format = Format::of(&path).map_err(refuse)?;
+        Ok((path, format))
+    };
+    let outputs = paths.into_iter().map(with_format).collect::<Result<Vec<_>, Failure>>()?;
+    for (path, _) in &outputs {
+        check_writable(path).map_err(|error| Failure::output(error.to_string()))?;
+    }
+    Ok(outputs)
+}
+
+fn thread_pool(args: &RenderArgs) -> Result<ThreadPool, Failure> {
+    let threads = args.threads.map_or(0, usize::from);
+    let pool = ThreadPoolBuilder::new().num_threads(threads).build();
+    pool.map_err(|error| Failure::usage(format!("cannot start {threads} threads: {error}")))
+}
+
+fn crop(args: &RenderArgs, sensor: Sensor) -> Result<Crop, Failure> {
+    let crop = args.crop.unwrap_or(Crop::full(sensor));
+    if crop.fits(sensor) {
+        return Ok(crop);
+    }
+    let Crop { x0, y0, x1, y1 } = crop;
+    let Sensor { width, height, .. } = sensor;
+    Err(Failure::usage(format!("the crop {x0},{y0},{x1},{y1} reaches beyond the image of {width}×{height} pixels")))
+}
+
+fn settings(args: &RenderArgs, crop: Crop) -> Settings {
+    Settings {
+        integrator: args.integrator,
+        max_depth: args.max_depth,
+        roulette: args.roulette.0,
+        seed: args.seed,
+        filter: args.filter,
+        crop,
+        clamp: args.clamp,
+    }
+}
+
+fn check_memory(args: &RenderArgs, settings: &Settings) -> Result<(), Failure> {
+    let pixels = settings.crop.pixels();
+    let needed = Film::memory(pixels) + IMAGE_BYTES_PER_PIXEL * pixels;
+    let limit = args.memory_limit.0;
+    if needed <= limit {
+        return Ok(());
+    }
+    let mib = |bytes: u64| bytes.div_ceil(1 << 20);
+    Err(Failure::usage(format!(
+        "{} × {} pixels need {} MiB of memory, more than the limit of {} MiB (--memory-limit, or a smaller --crop)",
+        settings.crop.width(),
+        settings.crop.height(),
+        mib(needed),
+        mib(limit)
+    )))
+}
+
+/// Says beforehand what would surprise afterwards.
+fn foretell(job: &Job<'_>, scene: &Scene, terminal: Terminal) {
+    let Job { sensor, settings, .. } = job;
+    let Sensor { width, height, .. } = sensor;
+    let integrator = shim::integrator_name(settings.integrator);
+    terminal.detail(format_args!("rendering {width}×{height} pixels with {integrator}"));
+    if settings.integrator == IntegratorKind::Light && shim::camera_sees_specular(scene) {
+        terminal.warn(
+            "mirrors and glass that the camera sees will be black: light tracing connects every vertex to the \
+             camera, and a mirror reflects a given connection with probability zero (-i bdpt or hybrid see them)",
+        );
+    }
+    if settings.integrator != IntegratorKind::Path && settings.crop != Crop::full(*sensor) {
+        let part = 100.0 * settings.crop.pixels() as f64 / f64::from(sensor.pixels());
+        terminal.say(format_args!(
+            "note: the crop is {part:.1} % of the image, but all of its light paths are traced, since any may land there"
+        ));
+    }
+}
+
+fn render(renderer: &mut Renderer<'_>, pool: &ThreadPool, goal: Goal, terminal: Terminal) -> Moment {
+    let start = Instant::now();
+    let mut progress = Progress::new(terminal);
+    let mut noise = None;
+    while !goal.is_reached(renderer.passes(), start.elapsed()) {
+        pool.install(|| renderer.pass());
+        if progress.is_due() {
+            noise = renderer.film().noise(renderer.passes()).or(noise);
+            progress.show(&moment(renderer, goal, start, noise));
+        }
+    }
+    progress.finish();
+    let end = moment(renderer, goal, start, None);
+    Moment { noise: renderer.film().noise(end.passes), ..end }
+}
+
+fn moment(renderer: &Renderer<'_>, goal: Goal, start: Instant, noise: Option<f64>) -> Moment {
+    let passes = renderer.passes();
+    let samples = renderer.film().crop().pixels() * u64::from(passes);
+    Moment { goal, passes, elapsed: start.elapsed(), samples, rays: renderer.statistics().rays, noise }
+}
+
+/// What was done, what is known about the noise, and what went wrong.
+fn summarise(renderer: &Renderer<'_>, end: &Moment, terminal: Terminal) {
+    let statistics = renderer.statistics();
+    terminal.detail(format_args!(
+        "{} camera subpaths, {} light subpaths, {} rays",
+        statistics.camera_subpaths, statistics.light_subpaths, statistics.rays
+    ));
+    for ((s, t), count) in statistics.rejected {
+        terminal.warn(format_args!("strategy ({s},{t}) made {count} contributions that are no number, left out"));
+    }
+    let errors = renderer.film().errors();
+    let faults = [
+        (errors.non_finite, "contributions were not finite and are left out"),
+        (errors.negative, "contributions were negative and are left out"),
+        (errors.out_of_range, "contributions were too large for the film and are left out"),
+        (errors.overflow, "sums of pixels overflowed: these pixels are wrong"),
+    ];
+    for (count, what) in faults.into_iter().filter(|(count, _)| *count > 0) {
+        terminal.warn(format_args!("{count} {what}"));
+    }
+    let noise = match end.noise {
+        Some(noise) => format!("noise {noise:.2e} (relMSE, from two half images)"),
+        None if end.passes == 1 => "noise unknown (one sample per pixel)".to_owned(),
+        None => "noise unknown (odd number of samples)".to_owned(),
+    };
+    terminal.say(format_args!("{} spp in {}, {noise}", end.passes, Clock(end.elapsed)));
+}
+
+fn write(
+    args: &RenderArgs,
+    outputs: &[(PathBuf, Format)],
+    job: &Job<'_>,
+    renderer: &Renderer<'_>,
+    terminal: Terminal,
+) -> Result<(), Failure> {
+    let (film, passes) = (renderer.film(), renderer.passes());
+    let image = film.image(passes);
+    let exposure = args.exposure.map_or(Exposure::Auto, Exposure::Ev);
+    for (path, format) in outputs {
+        let bytes = match format {
+            Format::Exr => encode_exr(&image, &header(job, film, passes)),
+            Format::Png => {
+                terminal.detail(format_args!("exposure {:+.2} EV", exposure.ev(&image)));
+                encode_png(&image, exposure)
+            }
+        };
+        let refuse = |error| Failure::output(format!("cannot write '{}': {error}", path.display()));
+        write_atomically(path, &bytes.map_err(refuse)?).map_err(|error| Failure::output(error.to_string()))?;
+    }
+    let names: Vec<_> = outputs.iter().map(|(path, _)| path.display().to_string()).collect();
+    terminal.say(format_args!("wrote {}", names.join(" and ")));
+    Ok(())
+}

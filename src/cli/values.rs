@@ -1,0 +1,182 @@
+//! How the values of options are written.
+
+use std::time::Duration;
+
+use clap::builder::{PossibleValuesParser, TypedValueParser};
+use glam::Vec3;
+
+use super::shim::{self, IntegratorKind, Strategy};
+use crate::{film::Crop, sampling::Filter};
+
+/// `--look-at`: where a camera stands, what it looks at, and its vertical field of view in radians.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct LookAt {
+    pub(super) eye: Vec3,
+    pub(super) target: Vec3,
+    pub(super) yfov: Option<f32>,
+}
+
+/// `--roulette`: from how many edges on a subpath may be ended at random, if ever.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct Roulette(pub(super) Option<u32>);
+
+/// `--memory-limit` in bytes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct Bytes(pub(super) u64);
+
+pub(super) fn integrator() -> impl TypedValueParser<Value = IntegratorKind> {
+    let names = shim::INTEGRATORS.map(shim::integrator_name);
+    PossibleValuesParser::new(names).try_map(|name| shim::integrator_named(&name).ok_or("no such integrator"))
+}
+
+pub(super) fn filter() -> impl TypedValueParser<Value = Filter> {
+    PossibleValuesParser::new(Filter::ALL.map(Filter::name)).try_map(|name| name.parse::<Filter>())
+}
+
+/// `30s`, `1.5m`, `2h`, `500ms`; a bare number is seconds.
+pub(super) fn duration(text: &str) -> Result<Duration, String> {
+    let (number, unit) = split_unit(text);
+    let seconds = match unit {
+        "ms" => 1e-3,
+        "" | "s" => 1.0,
+        "m" | "min" => 60.0,
+        "h" => 3600.0,
+        _ => return Err("a time is written like 30s, 5m, 2h or 500ms".to_owned()),
+    };
+    let number: f64 = number.parse().map_err(|_| "a time is written like 30s, 5m, 2h or 500ms".to_owned())?;
+    match Duration::try_from_secs_f64(number * seconds) {
+        Ok(duration) if !duration.is_zero() => Ok(duration),
+        _ => Err("a time must be positive".to_owned()),
+    }
+}
+
+/// `4GiB`, `512MiB`, `4G`; a bare number is bytes.
+pub(super) fn bytes(text: &str) -> Result<Bytes, String> {
+    let (number, unit) = split_unit(text);
+    let shift = match unit.to_ascii_lowercase().as_str() {
+        "" | "b" => 0,
+        "k" | "kib" => 10,
+        "m" | "mib" => 20,
+        "g" | "gib" => 30,
+        "t" | "tib" => 40,
+        _ => return Err("a size is written like 4GiB or 512MiB".to_owned()),
+    };
+    let number: f64 = number.parse().map_err(|_| "a size is written like 4GiB or 512MiB".to_owned())?;
+    let bytes = number * (1_u64 << shift) as f64;
+    if bytes >= 1.0 && bytes.is_finite() { Ok(Bytes(bytes as u64)) } else { Err("a size must be positive".to_owned()) }
+}
+
+fn split_unit(text: &str) -> (&str, &str) {
+    text.split_at(text.find(|c: char| c.is_ascii_alphabetic()).unwrap_or(text.len()))
+}
+
+/// `x0,y0,x1,y1`.
+pub(super) fn crop(text: &str) -> Result<Crop, String> {
+    match numbers::<u32>(text)?[..] {
+        [x0, y0, x1, y1] if x0 < x1 && y0 < y1 => Ok(Crop { x0, y0, x1, y1 }),
+        [_, _, _, _] => Err("a crop holds at least one pixel: x0 < x1 and y0 < y1".to_owned()),
+        _ => Err("a crop is four whole numbers x0,y0,x1,y1".to_owned()),
+    }
+}
+
+/// `s,t`.
+pub(super) fn strategy(text: &str) -> Result<Strategy, String> {
+    match numbers::<u32>(text)?[..] {
+        [_, 0] => Err("t counts the camera's own vertex, so it is at least 1".to_owned()),
+        [0, 1] => Err("a path has at least two vertices: s + t ≥ 2".to_owned()),
+        [s, t] if s <= 256 && t <= 256 => Ok(Strategy { s, t }),
+        _ => Err("a strategy is two numbers of vertices s,t".to_owned()),
+    }
+}
+
+/// `ex,ey,ez,tx,ty,tz` and perhaps `,yfov` in degrees.
+pub(super) fn look_at(text: &str) -> Result<LookAt, String> {
+    let (values, yfov) = match &numbers::<f32>(text.trim_end_matches('°'))?[..] {
+        &[ref values @ .., yfov] if values.len() == 6 => (values.to_vec(), Some(yfov)),
+        values if values.len() == 6 => (values.to_vec(), None),
+        _ => return Err("six numbers ex,ey,ez,tx,ty,tz, and perhaps a field of view in degrees".to_owned()),
+    };
+    let (eye, target) = (Vec3::from_slice(&values[..3]), Vec3::from_slice(&values[3..]));
+    if !eye.is_finite() || !target.is_finite() {
+        return Err("coordinates must be finite".to_owned());
+    }
+    if (target - eye).try_normalize().is_none() {
+        return Err("a camera cannot look at the place where it stands".to_owned());
+    }
+    if yfov.is_some_and(|degrees| !(0.001..=179.0).contains(&degrees)) {
+        return Err("a vertical field of view lies between 0.001 and 179 degrees".to_owned());
+    }
+    Ok(LookAt { eye, target, yfov: yfov.map(f32::to_radians) })
+}
+
+/// `off` or a number of edges.
+pub(super) fn roulette(text: &str) -> Result<Roulette, String> {
+    if text == "off" {
+        return Ok(Roulette(None));
+    }
+    let depth = text.parse::<u8>().map_err(|_| "'off' or a number of edges up to 255".to_owned())?;
+    Ok(Roulette(Some(depth.into())))
+}
+
+/// A number that is neither infinite nor NaN.
+pub(super) fn finite(text: &str) -> Result<f32, String> {
+    text.parse().ok().filter(|x: &f32| x.is_finite()).ok_or_else(|| "a finite number is needed".to_owned())
+}
+
+/// A finite number above zero.
+pub(super) fn positive(text: &str) -> Result<f32, String> {
+    finite(text).ok().filter(|x| *x > 0.0).ok_or_else(|| "a positive number is needed".to_owned())
+}
+
+fn numbers<T: std::str::FromStr>(text: &str) -> Result<Vec<T>, String> {
+    text.split(',').map(|part| part.trim().parse().map_err(|_| format!("'{part}' is not such a number"))).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn times_and_sizes_carry_units() {
+        assert_eq!(duration("30s"), Ok(Duration::from_secs(30)));
+        assert_eq!(duration("1.5m"), Ok(Duration::from_secs(90)));
+        assert_eq!(duration("250ms"), Ok(Duration::from_millis(250)));
+        for bad in ["", "s", "0s", "-1s", "3 days", "nan", "1e400s", "inf"] {
+            assert!(duration(bad).is_err(), "{bad}");
+        }
+        assert_eq!(bytes("4GiB"), Ok(Bytes(4 << 30)));
+        assert_eq!(bytes("100"), Ok(Bytes(100)));
+        for bad in ["", "GiB", "0", "-1G", "4X", "nan"] {
+            assert!(bytes(bad).is_err(), "{bad}");
+        }
+    }
+
+    #[test]
+    fn lists_of_numbers_are_checked() {
+        assert_eq!(crop("1,2,3,4"), Ok(Crop { x0: 1, y0: 2, x1: 3, y1: 4 }));
+        for bad in ["1,2,3", "3,0,1,1", "0,0,0,0", "-1,0,1,1", "a,b,c,d", "1,2,3,4,5", ""] {
+            assert!(crop(bad).is_err(), "{bad}");
+        }
+        assert_eq!(strategy("0,2"), Ok(Strategy { s: 0, t: 2 }));
+        for bad in ["2,0", "0,1", "1", "1,2,3", "900,2", "4294967295,4294967295"] {
+            assert!(strategy(bad).is_err(), "{bad}");
+        }
+        let there = look_at("0,1,-2.5,0,0,0,90°").unwrap();
+        assert_eq!((there.eye, there.target), (Vec3::new(0.0, 1.0, -2.5), Vec3::ZERO));
+        assert_eq!(there.yfov, Some(90.0_f32.to_radians()));
+        assert_eq!(look_at("0,1,2,0,0,0").unwrap().yfov, None);
+        for bad in ["0,0,0,0,0,0", "0,0,0,1,1", "0,0,0,1,1,nan", "0,0,0,1,1,1,0", "0,0,0,1,1,1,180", "1,2,3,4,5,6,7,8"]
+        {
+            assert!(look_at(bad).is_err(), "{bad}");
+        }
+    }
+
+    #[test]
+    fn single_values_are_checked() {
+        assert_eq!(roulette("off"), Ok(Roulette(None)));
+        assert_eq!(roulette("4"), Ok(Roulette(Some(4))));
+        assert!(roulette("-1").is_err() && roulette("on").is_err() && roulette("256").is_err());
+        assert_eq!(finite("-1.5"), Ok(-1.5));
+        assert!(finite("nan").is_err() && finite("inf").is_err() && positive("0").is_err() && positive("-1").is_err());
+    }
+}

@@ -1,0 +1,309 @@
+//! The program as a person or a script meets it: exit codes, sentences, files.
+
+use std::{
+    fs,
+    path::{Path, PathBuf},
+    process::{Command, Output},
+};
+
+/// The program, run in its own folder so that nothing is written anywhere else.
+struct Run {
+    folder: tempfile::TempDir,
+}
+
+impl Run {
+    fn new() -> Self {
+        Self { folder: tempfile::tempdir().unwrap() }
+    }
+
+    fn path(&self, name: &str) -> PathBuf {
+        self.folder.path().join(name)
+    }
+
+    fn files(&self) -> Vec<String> {
+        let name = |entry: std::io::Result<fs::DirEntry>| entry.unwrap().file_name().into_string().unwrap();
+        let mut names: Vec<_> = fs::read_dir(self.folder.path()).unwrap().map(name).collect();
+        names.sort();
+        names
+    }
+
+    fn pathspace(&self, arguments: &[&str]) -> Output {
+        Command::new(env!("CARGO_BIN_EXE_pathspace")).args(arguments).current_dir(self.folder.path()).output().unwrap()
+    }
+
+    /// `pathspace render` of the Cornell box at a size that takes no time.
+    fn render(&self, options: &[&str]) -> Output {
+        let scene = scene();
+        let small = ["render", scene.to_str().unwrap(), "--width", "16", "--height", "12"];
+        self.pathspace(&[&small[..], options].concat())
+    }
+
+    /// Renders to `name`, which must succeed, and returns the file.
+    fn image(&self, name: &str, options: &[&str]) -> Vec<u8> {
+        let output = self.render(&[options, &["-o", name]].concat());
+        assert_eq!(code(&output), 0, "{options:?}: {}", stderr(&output));
+        fs::read(self.path(name)).unwrap()
+    }
+}
+
+fn scene() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/cornell-box.glb")
+}
+
+fn code(output: &Output) -> i32 {
+    output.status.code().unwrap()
+}
+
+fn stderr(output: &Output) -> String {
+    String::from_utf8(output.stderr.clone()).unwrap()
+}
+
+fn stdout(output: &Output) -> String {
+    String::from_utf8(output.stdout.clone()).unwrap()
+}
+
+/// Refused with this exit code and one sentence that contains `about`, before anything was written.
+#[track_caller]
+fn refused(output: &Output, exit: i32, about: &str) {
+    let text = stderr(output);
+    assert_eq!(code(output), exit, "{text}");
+    assert!(text.starts_with("error: ") && text.trim_end().lines().count() == 1, "not one sentence: {text}");
+    assert!(text.contains(about), "nothing about '{about}': {text}");
+    assert!(output.stdout.is_empty());
+}
+
+#[test]
+fn help_and_version_are_answers() {
+    let run = Run::new();
+    for arguments in [&["--help"][..], &["render", "--help"], &["info", "-h"], &["--version"]] {
+        let output = run.pathspace(arguments);
+        assert_eq!(code(&output), 0);
+        assert!(!output.stdout.is_empty() && output.stderr.is_empty());
+    }
+    let help = stdout(&run.pathspace(&["render", "--help"]));
+    for option in ["--spp", "--time", "--max-depth", "--look-at", "--only-strategy", "--memory-limit", "default: bdpt"]
+    {
+        assert!(help.contains(option), "{option}");
+    }
+}
+
+#[test]
+fn help_and_readme_list_the_same_exit_codes() {
+    let readme = fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join("README.md")).unwrap();
+    let help = stdout(&Run::new().pathspace(&["--help"]));
+    for (exit, meaning) in pathspace::cli::Exit::TABLE {
+        let code = exit as u8;
+        assert!(readme.contains(&format!("| {code} | {meaning} |")), "README: {code} {meaning}");
+        assert!(help.contains(&format!("{code}  {meaning}")), "--help: {code} {meaning}");
+    }
+}
+
+#[test]
+fn no_command_shows_the_help() {
+    let output = Run::new().pathspace(&[]);
+    assert_eq!(code(&output), 2);
+    assert!(stderr(&output).contains("Usage:"));
+}
+
+#[test]
+fn wrong_usage_is_refused() {
+    let run = Run::new();
+    refused(&run.pathspace(&["paint"]), 2, "paint");
+    refused(&run.pathspace(&["render"]), 2, "SCENE");
+    for (options, about) in [
+        (&["-i", "whitted"][..], "whitted"),
+        (&["--spp", "0"], "--spp"),
+        (&["--spp", "many"], "--spp"),
+        (&["--spp", "4", "--time", "1s"], "--time"),
+        (&["--time", "soon"], "30s"),
+        (&["--time", "0s"], "positive"),
+        (&["--width", "0"], "--width"),
+        (&["--max-depth", "0"], "--max-depth"),
+        (&["--max-depth", "256"], "--max-depth"),
+        (&["--filter", "gauss"], "gauss"),
+        (&["--exposure", "nan"], "finite"),
+        (&["--clamp", "-1"], "--clamp"),
+        (&["--roulette", "sometimes"], "off"),
+        (&["--crop", "5,5,5,9"], "at least one pixel"),
+        (&["--crop", "1,2,3"], "x0,y0,x1,y1"),
+        (&["--crop", "-1,0,2,2"], "--crop"),
+        (&["--threads", "0"], "--threads"),
+        (&["--only-strategy", "1,0"], "at least 1"),
+        (&["--only-strategy", "2,2", "--max-depth", "2"], "--max-depth"),
+        (&["--unweighted"], "--only-strategy"),
+        (&["--look-at", "0,0,0,0,0,0"], "look at"),
+        (&["--look-at", "0,0,1,0,0,0", "--camera", "0"], "--camera"),
+        (&["--memory-limit", "lots"], "4GiB"),
+        (&["-q", "-v"], "--verbose"),
+        (&["--nonsense"], "--nonsense"),
+    ] {
+        refused(&run.render(options), 2, about);
+    }
+    assert!(run.files().is_empty());
+}
+
+#[test]
+fn formats_are_known_by_extension() {
+    let run = Run::new();
+    for name in ["picture.jpg", "picture", "picture.exr.gz"] {
+        refused(&run.render(&["-o", name]), 2, ".exr or .png");
+    }
+}
+
+#[test]
+fn a_missing_or_broken_scene_is_refused() {
+    let run = Run::new();
+    for command in ["render", "info"] {
+        refused(&run.pathspace(&[command, "no-such-scene.glb"]), 3, "no-such-scene.glb");
+        fs::write(run.path("empty.glb"), "").unwrap();
+        refused(&run.pathspace(&[command, "empty.glb"]), 3, "empty.glb");
+        refused(&run.pathspace(&[command, "."]), 3, "'.'");
+    }
+    assert_eq!(run.files(), ["empty.glb"]);
+}
+
+#[test]
+fn outputs_are_checked_before_the_scene_is_read() {
+    let run = Run::new();
+    fs::create_dir(run.path("folder.exr")).unwrap();
+    fs::write(run.path("old.png"), "old").unwrap();
+    let scene = "no-such-scene.glb";
+    refused(&run.pathspace(&["render", scene, "-o", "nowhere/a.exr"]), 4, "no folder");
+    refused(&run.pathspace(&["render", scene, "-o", "folder.exr"]), 4, "folder");
+    refused(&run.pathspace(&["render", scene, "-o", "old.png", "-o", "old.png/a.exr"]), 4, "not a folder");
+    assert_eq!(fs::read(run.path("old.png")).unwrap(), b"old");
+    assert_eq!(run.files(), ["folder.exr", "old.png"]);
+}
+
+#[test]
+fn what_only_the_scene_can_tell_is_refused_before_rendering() {
+    let run = Run::new();
+    refused(&run.render(&["-q", "--crop", "0,0,17,4"]), 2, "16×12");
+    refused(&run.render(&["-q", "--camera", "nobody"]), 2, "nobody");
+    let scene = scene();
+    let huge = ["render", scene.to_str().unwrap(), "-q", "--width", "32768", "--height", "32768"];
+    refused(&run.pathspace(&huge), 2, "--memory-limit");
+    assert!(run.files().is_empty());
+}
+
+#[test]
+fn outputs_have_default_names_that_the_last_line_says() {
+    let run = Run::new();
+    let output = run.render(&["--spp", "2", "-i", "path"]);
+    assert_eq!(code(&output), 0, "{}", stderr(&output));
+    assert_eq!(run.files(), ["cornell-box-path.exr", "cornell-box-path.png"]);
+    assert!(output.stdout.is_empty());
+    let text = stderr(&output);
+    let mut lines = text.lines().rev();
+    assert_eq!(lines.next().unwrap(), "wrote cornell-box-path.exr and cornell-box-path.png");
+    let summary = lines.next().unwrap();
+    assert!(summary.starts_with("2 spp in ") && summary.contains("noise ") && summary.contains("relMSE"), "{summary}");
+}
+
+#[test]
+fn quiet_is_quiet_and_verbose_says_more() {
+    let run = Run::new();
+    let output = run.render(&["--spp", "1", "-q", "-o", "a.png"]);
+    assert_eq!((code(&output), stderr(&output).as_str()), (0, ""));
+    let verbose = stderr(&run.render(&["--spp", "1", "-v", "-o", "a.png"]));
+    assert!(verbose.contains("materials") && verbose.contains("exposure"), "{verbose}");
+    assert!(verbose.contains("noise unknown (one sample per pixel)"), "{verbose}");
+}
+
+#[test]
+fn every_thread_count_writes_the_same_bytes() {
+    let run = Run::new();
+    for integrator in ["path", "light", "hybrid", "bdpt"] {
+        let with = |threads| run.image("a.exr", &["--spp", "4", "-i", integrator, "--threads", threads]);
+        let one = with("1");
+        assert_eq!(one, with("2"), "{integrator}");
+        assert_eq!(one, with("5"), "{integrator}");
+    }
+}
+
+#[test]
+fn what_changes_pixels_changes_the_file() {
+    let run = Run::new();
+    let usual = run.image("a.exr", &["--spp", "2"]);
+    for options in [
+        &["--spp", "3"][..],
+        &["--spp", "2", "--seed", "1"],
+        &["--spp", "2", "--filter", "blackman-harris"],
+        &["--spp", "2", "--clamp", "0.01"],
+        &["--spp", "2", "--crop", "0,0,8,8"],
+        &["--spp", "2", "-i", "light"],
+    ] {
+        assert_ne!(usual, run.image("b.exr", options), "{options:?}");
+    }
+}
+
+#[test]
+fn a_crop_is_the_slice_of_the_full_image() {
+    let run = Run::new();
+    for integrator in ["path", "light", "bdpt"] {
+        for filter in ["box", "blackman-harris"] {
+            let common = ["--spp", "2", "-i", integrator, "--filter", filter];
+            let full = pixels(&run.image("full.exr", &common));
+            let part = pixels(&run.image("part.exr", &[&common[..], &["--crop", "3,2,11,12"]].concat()));
+            assert_eq!((part.width, part.height), (8, 10));
+            for (x, y) in (0..8).flat_map(|x| (0..10).map(move |y| (x, y))) {
+                assert_eq!(part.get(x, y), full.get(x + 3, y + 2), "{integrator} {filter} ({x}, {y})");
+            }
+        }
+    }
+}
+
+fn pixels(file: &[u8]) -> pathspace::film::Image {
+    use exr::prelude::{ReadChannels, ReadLayers, Vec2, read};
+    use pathspace::{film::Image, math::Rgb};
+    let blank = |size: Vec2<usize>, _: &_| Image {
+        width: size.0 as u32,
+        height: size.1 as u32,
+        pixels: vec![Rgb::ZERO; size.0 * size.1],
+    };
+    let set = |image: &mut Image, Vec2(x, y): Vec2<usize>, (r, g, b): (f32, f32, f32)| {
+        image.pixels[y * image.width as usize + x] = Rgb::new(r, g, b);
+    };
+    let layers = read().no_deep_data().largest_resolution_level().rgb_channels(blank, set);
+    layers
+        .first_valid_layer()
+        .all_attributes()
+        .from_buffered(std::io::Cursor::new(file))
+        .unwrap()
+        .layer_data
+        .channel_data
+        .pixels
+}
+
+#[test]
+fn files_hold_no_paths_and_existing_ones_are_replaced() {
+    let run = Run::new();
+    fs::write(run.path("a.exr"), "old").unwrap();
+    let bytes = run.image("a.exr", &["--spp", "2"]);
+    assert_eq!(run.files(), ["a.exr"], "nothing is left beside it");
+    let text = String::from_utf8_lossy(&bytes).into_owned();
+    assert!(text.contains("pathspace.integrator") && text.contains("bdpt"));
+    for private in [run.folder.path().to_str().unwrap(), env!("CARGO_MANIFEST_DIR"), "cornell-box.glb"] {
+        assert!(!text.contains(private), "{private}");
+    }
+}
+
+#[test]
+fn a_time_ends_a_render() {
+    let run = Run::new();
+    let output = run.render(&["--time", "200ms", "-o", "a.png"]);
+    assert_eq!(code(&output), 0, "{}", stderr(&output));
+    assert!(stderr(&output).contains(" spp in "));
+}
+
+#[test]
+fn info_describes_a_scene() {
+    let run = Run::new();
+    let output = run.pathspace(&["info", scene().to_str().unwrap()]);
+    assert_eq!(code(&output), 0, "{}", stderr(&output));
+    let text = stdout(&output);
+    for part in ["hash", "triangles", "materials", "lights", "camera"] {
+        assert!(text.contains(part), "{part}: {text}");
+    }
+    assert!(run.files().is_empty());
+}
