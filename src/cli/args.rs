@@ -3,11 +3,15 @@
 use std::{path::PathBuf, time::Duration};
 
 use super::{
-    shim::{IntegratorKind, Strategy},
     terminal::Verbosity,
-    values::{self, Bytes, LookAt, Roulette},
+    values::{self, Bytes, LookAt},
 };
-use crate::{film::Crop, sampling::Filter};
+use crate::{
+    film::Crop,
+    integrator::IntegratorKind,
+    path::{Roulette, Strategy},
+    sampling::Filter,
+};
 
 /// Larger images are refused: pixels are numbered by 32 bits, padding included.
 const LARGEST_SIDE: i64 = 32_768;

@@ -2,16 +2,13 @@
 
 use glam::Vec3;
 
-use super::{
-    args::RenderArgs,
-    exit::Failure,
-    shim::{Loaded, NamedCamera},
-    terminal::Terminal,
-    values::LookAt,
-};
-use crate::scene::{
-    camera::{Camera, Sensor},
-    geometry::Bounds,
+use super::{args::RenderArgs, exit::Failure, terminal::Terminal, values::LookAt};
+use crate::{
+    io::{Loaded, NamedCamera},
+    scene::{
+        camera::{Camera, Sensor},
+        geometry::Bounds,
+    },
 };
 
 /// Width over height where nothing says otherwise.
@@ -64,7 +61,7 @@ pub(super) fn build(camera: &NamedCamera, sensor: Sensor) -> Camera {
 
 fn find<'a>(cameras: &'a [NamedCamera], wanted: &str) -> Option<&'a NamedCamera> {
     // A name goes first: it was given by a person.
-    let named = cameras.iter().find(|camera| camera.name.as_deref() == Some(wanted));
+    let named = cameras.iter().find(|camera| camera.name == wanted);
     named.or_else(|| cameras.get(wanted.parse::<usize>().ok()?))
 }
 
@@ -75,18 +72,15 @@ fn no_such_camera(cameras: &[NamedCamera], wanted: &str) -> String {
     format!("there is no camera '{wanted}': the scene has {}", list(cameras))
 }
 
-/// `0 'front', 1`.
+/// `0 'front', 1 'top'`.
 fn list(cameras: &[NamedCamera]) -> String {
-    let one = |(index, camera): (usize, &NamedCamera)| match &camera.name {
-        Some(name) => format!("{index} '{name}'"),
-        None => index.to_string(),
-    };
+    let one = |(index, camera): (usize, &NamedCamera)| format!("{index} '{}'", camera.name);
     cameras.iter().enumerate().map(one).collect::<Vec<_>>().join(", ")
 }
 
 fn looking_at(look_at: LookAt, instead_of: Option<&NamedCamera>) -> NamedCamera {
     NamedCamera {
-        name: None,
+        name: "look-at".to_owned(),
         position: look_at.eye,
         forward: (look_at.target - look_at.eye).normalize(),
         up: Vec3::Y,
@@ -104,7 +98,7 @@ fn framing(bounds: Option<Bounds>) -> NamedCamera {
     // A scene of a single point still has a place in front of it.
     let radius = radius.max(1e-3 * center.length()).max(1e-3);
     NamedCamera {
-        name: None,
+        name: "framing".to_owned(),
         position: center + Vec3::Z * (radius / (0.5 * DEFAULT_YFOV).sin()),
         forward: Vec3::NEG_Z,
         up: Vec3::Y,
@@ -117,19 +111,19 @@ fn framing(bounds: Option<Bounds>) -> NamedCamera {
 mod tests {
     use super::*;
 
-    fn named(name: Option<&str>) -> NamedCamera {
-        NamedCamera { name: name.map(str::to_owned), ..framing(None) }
+    fn named(name: &str) -> NamedCamera {
+        NamedCamera { name: name.to_owned(), ..framing(None) }
     }
 
     #[test]
     fn cameras_are_found_by_name_then_by_index() {
-        let cameras = [named(Some("front")), named(None), named(Some("0"))];
+        let cameras = [named("front"), named("top"), named("0")];
         let index = |wanted| find(&cameras, wanted).map(|found| cameras.iter().position(|c| std::ptr::eq(c, found)));
         assert_eq!(index("front"), Some(Some(0)));
         assert_eq!(index("1"), Some(Some(1)));
         assert_eq!(index("0"), Some(Some(2)));
         assert_eq!(index("3"), None);
-        assert_eq!(no_such_camera(&cameras, "x"), "there is no camera 'x': the scene has 0 'front', 1, 2 '0'");
+        assert_eq!(no_such_camera(&cameras, "x"), "there is no camera 'x': the scene has 0 'front', 1 'top', 2 '0'");
     }
 
     #[test]

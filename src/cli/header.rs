@@ -1,9 +1,12 @@
 //! What an image file says about how it was made: everything that changes pixels, and nothing else. No paths,
 //! threads, hosts, dates or timings, so that the same image is the same file wherever it was rendered.
 
-use super::shim::{self, NamedCamera, Settings, Strategy, Weighting};
 use crate::{
     film::{Crop, Film, Header},
+    integrator::Weighting,
+    io::NamedCamera,
+    path::Roulette,
+    render::Settings,
     scene::camera::Sensor,
 };
 
@@ -16,7 +19,6 @@ pub(super) struct Job<'a> {
     pub(super) camera: &'a NamedCamera,
     pub(super) sensor: Sensor,
     pub(super) settings: &'a Settings,
-    pub(super) only: Option<(Strategy, Weighting)>,
 }
 
 /// The header of the image after `passes` passes.
@@ -27,11 +29,11 @@ pub(super) fn header(job: &Job<'_>, film: &Film, passes: u32) -> Header {
         ("version", env!("CARGO_PKG_VERSION").to_owned()),
         ("scene", job.scene_hash.clone()),
         ("camera", format!("at {} to {} up {} yfov {}", camera.position, camera.forward, camera.up, camera.yfov)),
-        ("integrator", shim::integrator_name(settings.integrator).to_owned()),
+        ("integrator", settings.integrator.to_string()),
         ("spp", passes.to_string()),
         ("seed", settings.seed.to_string()),
         ("max-depth", settings.max_depth.to_string()),
-        ("roulette", settings.roulette.map_or("off".to_owned(), |depth| depth.to_string())),
+        ("roulette", roulette(settings.roulette)),
         ("filter", settings.filter.to_string()),
         ("quantum", format!("2^{}", film.scale().exponent())),
         ("instructions", INSTRUCTIONS.to_owned()),
@@ -40,7 +42,7 @@ pub(super) fn header(job: &Job<'_>, film: &Film, passes: u32) -> Header {
     if let Some(clamp) = settings.clamp {
         attributes.push(("clamp", clamp.to_string()));
     }
-    if let Some((strategy, weighting)) = job.only {
+    if let Some((strategy, weighting)) = settings.only {
         let weighting = match weighting {
             Weighting::Weighted => "weighted",
             Weighting::Unweighted => "unweighted",
@@ -56,6 +58,13 @@ pub(super) fn header(job: &Job<'_>, film: &Film, passes: u32) -> Header {
         attributes.push(("errors", format!("{errors:?}")));
     }
     Header { sensor: job.sensor, crop: settings.crop, attributes }
+}
+
+fn roulette(roulette: Roulette) -> String {
+    match roulette {
+        Roulette::Off => "off".to_owned(),
+        Roulette::FromDepth(depth) => depth.to_string(),
+    }
 }
 
 /// What is known about the noise, in words where it is nothing.

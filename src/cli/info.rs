@@ -2,15 +2,14 @@
 
 use std::{collections::BTreeMap, path::Path};
 
-use super::{
-    exit::Failure,
-    shim::{self, Loaded},
-    terminal,
+use super::{exit::Failure, terminal};
+use crate::{
+    io::{self, Loaded, PunctualLight},
+    scene::{bsdf::Bsdf, geometry::PrimitiveId, material::Material},
 };
-use crate::scene::{bsdf::Bsdf, material::Material};
 
 pub(super) fn run(path: &Path) -> Result<(), Failure> {
-    let loaded = shim::load(path).map_err(|error| Failure::input(error.to_string()))?;
+    let loaded = io::load(path).map_err(|error| Failure::input(error.to_string()))?;
     terminal::answer(describe(&loaded));
     Ok(())
 }
@@ -26,12 +25,11 @@ pub(super) fn describe(loaded: &Loaded) -> String {
         lines.push(format!("bounds     {} to {}, metres", bounds.min, bounds.max));
     }
     lines.push(format!("materials  {}", materials(&loaded.materials)));
-    lines.push(format!("lights     {}", shim::light_summary(loaded)));
+    lines.push(format!("lights     {}", lights(loaded)));
     for (index, camera) in loaded.cameras.iter().enumerate() {
-        let name = camera.name.as_ref().map(|name| format!(" '{name}'")).unwrap_or_default();
         let aspect = camera.aspect.map(|aspect| format!(", aspect {aspect:.3}")).unwrap_or_default();
         let degrees = camera.yfov.to_degrees();
-        lines.push(format!("camera     {index}{name}: at {}, yfov {degrees:.1}°{aspect}", camera.position));
+        lines.push(format!("camera     {index} '{}': at {}, yfov {degrees:.1}°{aspect}", camera.name, camera.position));
     }
     if loaded.cameras.is_empty() {
         lines.push("camera     none; 'render' frames the whole scene".to_owned());
@@ -52,6 +50,30 @@ fn materials(materials: &[Material]) -> String {
     let kinds = kinds.iter().map(|(kind, count)| format!("{count} {kind}")).collect::<Vec<_>>().join(", ");
     let emitters = materials.iter().filter(|material| material.emission.max_element() > 0.0).count();
     format!("{}: {kinds}; emitting: {emitters}", materials.len())
+}
+
+/// `12 emissive triangles, 1 emissive sphere, 2 points, 1 sun`.
+fn lights(loaded: &Loaded) -> String {
+    let geometry = &loaded.geometry;
+    let emissive = |ids: std::ops::Range<u32>| {
+        ids.filter(|id| {
+            let material = geometry.material(PrimitiveId(*id));
+            loaded.materials[material.0 as usize].emission.max_element() > 0.0
+        })
+        .count()
+    };
+    let punctual = |is: fn(&PunctualLight) -> bool| loaded.lights.iter().filter(|light| is(light)).count();
+    let triangles = geometry.triangle_count();
+    let kinds = [
+        (emissive(0..triangles), "emissive triangles"),
+        (emissive(triangles..geometry.len()), "emissive spheres"),
+        (punctual(|light| matches!(light, PunctualLight::Point { .. })), "points"),
+        (punctual(|light| matches!(light, PunctualLight::Spot { .. })), "spots"),
+        (punctual(|light| matches!(light, PunctualLight::Directional { .. })), "suns"),
+    ];
+    let present: Vec<_> =
+        kinds.iter().filter(|(count, _)| *count > 0).map(|(count, kind)| format!("{count} {kind}")).collect();
+    if present.is_empty() { "none: the image will be black".to_owned() } else { present.join(", ") }
 }
 
 fn kind(bsdf: &Bsdf) -> &'static str {

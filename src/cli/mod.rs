@@ -7,7 +7,6 @@ mod header;
 mod info;
 mod progress;
 mod render;
-mod shim;
 mod terminal;
 mod values;
 

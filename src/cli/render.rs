@@ -11,12 +11,15 @@ use super::{
     header::{Job, header},
     info,
     progress::{Clock, Goal, Moment, Progress},
-    shim::{self, IntegratorKind, Renderer, Scene, Settings, Strategy, Weighting},
     terminal::Terminal,
 };
 use crate::{
     film::{Crop, Exposure, Film, Format, check_writable, encode_exr, encode_png, write_atomically},
-    scene::camera::Sensor,
+    integrator::{IntegratorKind, Weighting},
+    io,
+    path::Strategy,
+    render::{Renderer, Settings},
+    scene::{Scene, camera::Sensor},
 };
 
 const DEFAULT_SPP: u32 = 64;
@@ -31,17 +34,17 @@ pub(super) fn run(args: &RenderArgs) -> Result<(), Failure> {
     let outputs = outputs(args)?;
     let pool = thread_pool(args)?;
 
-    let loaded = shim::load(&args.scene).map_err(|error| Failure::input(error.to_string()))?;
+    let loaded = io::load(&args.scene).map_err(|error| Failure::input(error.to_string()))?;
     terminal.detail(info::describe(&loaded));
     for warning in &loaded.warnings {
         terminal.warn(warning);
     }
     let view = camera::choose(args, &loaded, terminal)?;
     let sensor = camera::sensor(args, &view);
-    let settings = settings(args, crop(args, sensor)?);
+    let settings = settings(args, crop(args, sensor)?, only);
     check_memory(args, &settings)?;
-    let job = Job { scene_hash: loaded.hash.clone(), camera: &view, sensor, settings: &settings, only };
-    let scene = Scene::new(loaded, camera::build(&view, sensor));
+    let job = Job { scene_hash: loaded.hash.clone(), camera: &view, sensor, settings: &settings };
+    let scene = loaded.into_scene(camera::build(&view, sensor));
     foretell(&job, &scene, terminal);
 
     let mut renderer = pool.install(|| Renderer::new(&scene, &settings));
@@ -70,7 +73,7 @@ fn outputs(args: &RenderArgs) -> Result<Vec<(PathBuf, Format)>, Failure> {
     if paths.is_empty() {
         let mut stem = args.scene.file_stem().unwrap_or("pathspace".as_ref()).to_owned();
         stem.push("-");
-        stem.push(shim::integrator_name(args.integrator));
+        stem.push(args.integrator.name());
         for extension in [".exr", ".png"] {
             let mut name = stem.clone();
             name.push(extension);
@@ -105,11 +108,12 @@ fn crop(args: &RenderArgs, sensor: Sensor) -> Result<Crop, Failure> {
     Err(Failure::usage(format!("the crop {x0},{y0},{x1},{y1} reaches beyond the image of {width}×{height} pixels")))
 }
 
-fn settings(args: &RenderArgs, crop: Crop) -> Settings {
+fn settings(args: &RenderArgs, crop: Crop, only: Option<(Strategy, Weighting)>) -> Settings {
     Settings {
         integrator: args.integrator,
         max_depth: args.max_depth,
-        roulette: args.roulette.0,
+        roulette: args.roulette,
+        only,
         seed: args.seed,
         filter: args.filter,
         crop,
@@ -138,13 +142,18 @@ fn check_memory(args: &RenderArgs, settings: &Settings) -> Result<(), Failure> {
 fn foretell(job: &Job<'_>, scene: &Scene, terminal: Terminal) {
     let Job { sensor, settings, .. } = job;
     let Sensor { width, height, .. } = sensor;
-    let integrator = shim::integrator_name(settings.integrator);
+    let integrator = settings.integrator;
     terminal.detail(format_args!("rendering {width}×{height} pixels with {integrator}"));
-    if settings.integrator == IntegratorKind::Light && shim::camera_sees_specular(scene) {
-        terminal.warn(
-            "mirrors and glass that the camera sees will be black: light tracing connects every vertex to the \
-             camera, and a mirror reflects a given connection with probability zero (-i bdpt or hybrid see them)",
-        );
+    let specular = 100.0 * scene.seen_specular_fraction();
+    if settings.integrator == IntegratorKind::Light && specular > 0.0 {
+        terminal.warn(format_args!(
+            "mirrors and glass that the camera sees, about {specular:.1} % of the image, will be black: light tracing \
+             connects every vertex to the camera, and a mirror reflects a given connection with probability zero (-i \
+             bdpt or hybrid see them)"
+        ));
+    }
+    if scene.lights().is_empty() {
+        terminal.warn("the scene has no light, so the image will be black");
     }
     if settings.integrator != IntegratorKind::Path && settings.crop != Crop::full(*sensor) {
         let part = 100.0 * settings.crop.pixels() as f64 / f64::from(sensor.pixels());
@@ -179,10 +188,7 @@ fn moment(renderer: &Renderer<'_>, goal: Goal, start: Instant, noise: Option<f64
 /// What was done, what is known about the noise, and what went wrong.
 fn summarise(renderer: &Renderer<'_>, end: &Moment, terminal: Terminal) {
     let statistics = renderer.statistics();
-    terminal.detail(format_args!(
-        "{} camera subpaths, {} light subpaths, {} rays",
-        statistics.camera_subpaths, statistics.light_subpaths, statistics.rays
-    ));
+    terminal.detail(format_args!("{} samples, {} rays", statistics.samples, statistics.rays));
     for ((s, t), count) in statistics.rejected {
         terminal.warn(format_args!("strategy ({s},{t}) made {count} contributions that are no number, left out"));
     }

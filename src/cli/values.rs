@@ -5,8 +5,12 @@ use std::time::Duration;
 use clap::builder::{PossibleValuesParser, TypedValueParser};
 use glam::Vec3;
 
-use super::shim::{self, IntegratorKind, Strategy};
-use crate::{film::Crop, sampling::Filter};
+use crate::{
+    film::Crop,
+    integrator::IntegratorKind,
+    path::{Roulette, Strategy},
+    sampling::Filter,
+};
 
 /// `--look-at`: where a camera stands, what it looks at, and its vertical field of view in radians.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -16,17 +20,13 @@ pub(super) struct LookAt {
     pub(super) yfov: Option<f32>,
 }
 
-/// `--roulette`: from how many edges on a subpath may be ended at random, if ever.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) struct Roulette(pub(super) Option<u32>);
-
 /// `--memory-limit` in bytes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Bytes(pub(super) u64);
 
 pub(super) fn integrator() -> impl TypedValueParser<Value = IntegratorKind> {
-    let names = shim::INTEGRATORS.map(shim::integrator_name);
-    PossibleValuesParser::new(names).try_map(|name| shim::integrator_named(&name).ok_or("no such integrator"))
+    PossibleValuesParser::new(IntegratorKind::ALL.map(IntegratorKind::name))
+        .try_map(|name| name.parse::<IntegratorKind>())
 }
 
 pub(super) fn filter() -> impl TypedValueParser<Value = Filter> {
@@ -112,10 +112,10 @@ pub(super) fn look_at(text: &str) -> Result<LookAt, String> {
 /// `off` or a number of edges.
 pub(super) fn roulette(text: &str) -> Result<Roulette, String> {
     if text == "off" {
-        return Ok(Roulette(None));
+        return Ok(Roulette::Off);
     }
     let depth = text.parse::<u8>().map_err(|_| "'off' or a number of edges up to 255".to_owned())?;
-    Ok(Roulette(Some(depth.into())))
+    Ok(Roulette::FromDepth(depth.into()))
 }
 
 /// A number that is neither infinite nor NaN.
@@ -173,8 +173,8 @@ mod tests {
 
     #[test]
     fn single_values_are_checked() {
-        assert_eq!(roulette("off"), Ok(Roulette(None)));
-        assert_eq!(roulette("4"), Ok(Roulette(Some(4))));
+        assert_eq!(roulette("off"), Ok(Roulette::Off));
+        assert_eq!(roulette("4"), Ok(Roulette::FromDepth(4)));
         assert!(roulette("-1").is_err() && roulette("on").is_err() && roulette("256").is_err());
         assert_eq!(finite("-1.5"), Ok(-1.5));
         assert!(finite("nan").is_err() && finite("inf").is_err() && positive("0").is_err() && positive("-1").is_err());

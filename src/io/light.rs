@@ -14,7 +14,7 @@ use super::{
     error::{Fault, quoted},
     node::Placed,
 };
-use crate::math::Rgb;
+use crate::{math::Rgb, scene};
 
 /// A light of `KHR_lights_punctual` in world space, in the extension's units.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -46,6 +46,19 @@ pub enum PunctualLight {
         /// Illuminance on a surface that faces it, per channel, lux.
         irradiance: Rgb,
     },
+}
+
+impl PunctualLight {
+    /// The scene's light; `None` for a spot, which the scene does not know yet.
+    pub fn to_light(&self) -> Option<scene::light::Light> {
+        match *self {
+            Self::Point { position, intensity } => Some(scene::light::Light::Point { position, intensity }),
+            Self::Directional { direction, irradiance } => {
+                Some(scene::light::Light::Directional { towards: -direction, irradiance })
+            }
+            Self::Spot { .. } => None,
+        }
+    }
 }
 
 /// A perspective camera of the file, in world space.

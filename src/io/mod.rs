@@ -41,6 +41,8 @@ pub use error::LoadError;
 pub use light::{NamedCamera, PunctualLight};
 
 use crate::scene::{
+    Scene,
+    camera::Camera,
     geometry::Geometry,
     material::{Material, MaterialId},
 };
@@ -67,6 +69,14 @@ pub struct Loaded {
     pub hash: String,
     /// What the file contains, shown or not.
     pub summary: Summary,
+}
+
+impl Loaded {
+    /// The scene seen by `camera`. Spot lights are left out ([`Loaded::warnings`] says so).
+    pub fn into_scene(self, camera: Camera) -> Scene {
+        let lights: Vec<_> = self.lights.iter().filter_map(PunctualLight::to_light).collect();
+        Scene::new(self.geometry, self.materials, &lights, camera)
+    }
 }
 
 /// Counts of what a file contains, for `pathspace info`.
