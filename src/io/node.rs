@@ -77,7 +77,10 @@ fn parents(root: &Root) -> Result<Vec<Option<usize>>, Fault> {
                     return Err(Fault::invalid(format!("/nodes/{i}/children/{k}"), what));
                 }
                 None => {
-                    return Err(Fault::invalid(format!("/nodes/{i}/children/{k}"), format!("there is no node {child}")));
+                    return Err(Fault::invalid(
+                        format!("/nodes/{i}/children/{k}"),
+                        format!("there is no node {child}"),
+                    ));
                 }
             }
         }
@@ -144,7 +147,7 @@ fn local(node: &Node, index: usize) -> Result<DAffine3, Fault> {
     let translation = vector(node.translation, DVec3::ZERO);
     let rotation = node.rotation.map_or(DQuat::IDENTITY, |r| DQuat::from_array(r.0.map(f64::from)));
     if !scale.is_finite() || !translation.is_finite() || !rotation.is_finite() {
-        return Err(fail("", "the node's translation, rotation or scale is not finite"));
+        return Err(fail("scale", "the node's translation, rotation or scale is not finite"));
     }
     if rotation.length_squared() < 1e-12 {
         return Err(fail("rotation", "the rotation is no unit quaternion"));

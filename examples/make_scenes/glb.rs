@@ -1,0 +1,202 @@
+//! GLB files out of meshes, spheres, materials and a camera.
+
+use std::collections::BTreeSet;
+
+use serde_json::{Value, json};
+
+use crate::shapes::{self, Mesh, V3};
+
+/// What a surface is made of.
+#[derive(Clone, Copy)]
+pub enum Surface {
+    /// Lambert.
+    Diffuse([f64; 3]),
+    /// A black Lambert surface whose front emits this radiance.
+    Emitter([f64; 3]),
+    /// A gray Lambert surface whose front emits as well.
+    Glowing { albedo: f64, radiance: f64 },
+    /// A smooth metal.
+    Mirror(f64),
+    /// The boundary of a clear volume with this index of refraction.
+    Glass(f64),
+}
+
+/// A perspective camera with y up.
+#[derive(Clone, Copy)]
+pub struct Camera {
+    pub position: V3,
+    pub target: V3,
+    pub yfov: f64,
+    pub aspect: f64,
+}
+
+/// A file in the making.
+pub struct Builder {
+    bytes: Vec<u8>,
+    views: Vec<Value>,
+    accessors: Vec<Value>,
+    meshes: Vec<Value>,
+    materials: Vec<Value>,
+    names: Vec<String>,
+    nodes: Vec<Value>,
+    extensions: BTreeSet<String>,
+    camera: Value,
+}
+
+impl Builder {
+    pub fn new(camera: Camera) -> Self {
+        // A glTF camera looks along its −z.
+        let z = shapes::unit(shapes::sub(camera.position, camera.target));
+        let x = shapes::unit(shapes::cross([0., 1., 0.], z));
+        let y = shapes::cross(z, x);
+        let [p, x, y, z] = [camera.position, x, y, z].map(|v| v.map(rounded));
+        let matrix =
+            json!([x[0], x[1], x[2], 0.0, y[0], y[1], y[2], 0.0, z[0], z[1], z[2], 0.0, p[0], p[1], p[2], 1.0]);
+        Self {
+            bytes: Vec::new(),
+            views: Vec::new(),
+            accessors: Vec::new(),
+            meshes: Vec::new(),
+            materials: Vec::new(),
+            names: Vec::new(),
+            nodes: vec![json!({ "name": "camera", "camera": 0, "matrix": matrix })],
+            extensions: BTreeSet::new(),
+            camera: json!({ "type": "perspective", "perspective": {
+                "yfov": rounded(camera.yfov), "aspectRatio": rounded(camera.aspect), "znear": 0.01 } }),
+        }
+    }
+
+    /// Adds a mesh. Surfaces of the same name are the same material.
+    pub fn mesh(&mut self, name: &str, material: &str, surface: Surface, mesh: &Mesh) {
+        let material = self.material(material, surface);
+        let mut attributes = json!({ "POSITION": self.vectors(&mesh.positions, true) });
+        if let Some(normals) = &mesh.normals {
+            attributes["NORMAL"] = self.vectors(normals, false).into();
+        }
+        let indices: Vec<u8> = mesh.triangles.iter().flatten().flat_map(|i| (*i as u16).to_le_bytes()).collect();
+        let indices = self.accessor(
+            &indices,
+            34963,
+            json!({
+            "componentType": 5123, "type": "SCALAR", "count": 3 * mesh.triangles.len() }),
+        );
+        self.nodes.push(json!({ "name": name, "mesh": self.meshes.len() }));
+        self.meshes.push(json!({ "name": name, "primitives": [
+            { "attributes": attributes, "indices": indices, "material": material }] }));
+    }
+
+    /// Adds an analytic sphere.
+    pub fn sphere(&mut self, name: &str, material: &str, surface: Surface, center: V3, radius: f64) {
+        let material = self.material(material, surface);
+        self.extensions.insert("PATHSPACE_sphere".to_owned());
+        self.nodes.push(json!({ "name": name, "translation": center,
+            "extensions": { "PATHSPACE_sphere": { "radius": radius, "material": material } } }));
+    }
+
+    fn material(&mut self, name: &str, surface: Surface) -> usize {
+        if let Some(i) = self.names.iter().position(|other| other == name) {
+            return i;
+        }
+        let emission = |radiance: [f64; 3]| {
+            let top = radiance.into_iter().fold(0.0, f64::max);
+            (radiance.map(|x| rounded(x / top)), json!({ "emissiveStrength": top }))
+        };
+        let lambert = json!({ "specularFactor": 0.0 });
+        let mut m = json!({ "name": name });
+        let (color, metallic, roughness, extensions) = match surface {
+            Surface::Diffuse(color) => (color, 0.0, 1.0, json!({ "KHR_materials_specular": lambert })),
+            Surface::Emitter(radiance) => {
+                let (factor, strength) = emission(radiance);
+                m["emissiveFactor"] = json!(factor);
+                (
+                    [0.0; 3],
+                    0.0,
+                    1.0,
+                    json!({
+                    "KHR_materials_specular": lambert, "KHR_materials_emissive_strength": strength }),
+                )
+            }
+            Surface::Glowing { albedo, radiance } => {
+                m["emissiveFactor"] = json!([radiance, radiance, radiance]);
+                ([albedo; 3], 0.0, 1.0, json!({ "KHR_materials_specular": lambert }))
+            }
+            Surface::Mirror(reflectance) => ([reflectance; 3], 1.0, 0.0, json!({})),
+            Surface::Glass(ior) => (
+                [1.0; 3],
+                0.0,
+                0.0,
+                json!({
+                "KHR_materials_transmission": { "transmissionFactor": 1.0 },
+                "KHR_materials_ior": { "ior": ior },
+                "KHR_materials_volume": { "thicknessFactor": 1.0 } }),
+            ),
+        };
+        m["pbrMetallicRoughness"] = json!({
+            "baseColorFactor": [color[0], color[1], color[2], 1.0],
+            "metallicFactor": metallic, "roughnessFactor": roughness });
+        if let Some(extensions) = extensions.as_object().filter(|extensions| !extensions.is_empty()) {
+            self.extensions.extend(extensions.keys().cloned());
+            m["extensions"] = json!(extensions);
+        }
+        // Other viewers cull one-sided surfaces; here the flag would only make emitters shine on both sides.
+        if matches!(surface, Surface::Diffuse(_) | Surface::Mirror(_)) {
+            m["doubleSided"] = true.into();
+        }
+        self.names.push(name.to_owned());
+        self.materials.push(m);
+        self.materials.len() - 1
+    }
+
+    fn vectors(&mut self, vectors: &[V3], bounds: bool) -> usize {
+        let vectors: Vec<[f32; 3]> = vectors.iter().map(|v| v.map(|x| x as f32)).collect();
+        let bytes: Vec<u8> = vectors.iter().flatten().flat_map(|x| x.to_le_bytes()).collect();
+        let mut description = json!({ "componentType": 5126, "type": "VEC3", "count": vectors.len() });
+        if bounds {
+            let fold =
+                |start: f32, f: fn(f32, f32) -> f32| [0, 1, 2].map(|i| vectors.iter().map(|v| v[i]).fold(start, f));
+            description["min"] = json!(fold(f32::INFINITY, f32::min));
+            description["max"] = json!(fold(f32::NEG_INFINITY, f32::max));
+        }
+        self.accessor(&bytes, 34962, description)
+    }
+
+    fn accessor(&mut self, bytes: &[u8], target: u32, mut description: Value) -> usize {
+        self.bytes.resize(self.bytes.len().next_multiple_of(4), 0);
+        description["bufferView"] = self.views.len().into();
+        self.views.push(json!({
+            "buffer": 0, "byteOffset": self.bytes.len(), "byteLength": bytes.len(), "target": target }));
+        self.bytes.extend_from_slice(bytes);
+        self.accessors.push(description);
+        self.accessors.len() - 1
+    }
+
+    /// The bytes of the file.
+    pub fn finish(mut self) -> Vec<u8> {
+        self.bytes.resize(self.bytes.len().next_multiple_of(4), 0);
+        let nodes: Vec<usize> = (0..self.nodes.len()).collect();
+        let document = json!({
+            "asset": { "version": "2.0", "generator": "pathspace make_scenes" },
+            "scene": 0, "scenes": [{ "nodes": nodes }],
+            "nodes": self.nodes, "meshes": self.meshes, "materials": self.materials, "cameras": [self.camera],
+            "accessors": self.accessors, "bufferViews": self.views, "buffers": [{ "byteLength": self.bytes.len() }],
+            "extensionsUsed": self.extensions,
+        });
+        let mut json = document.to_string().into_bytes();
+        json.resize(json.len().next_multiple_of(4), b' ');
+        let mut out = b"glTF".to_vec();
+        let words = |n: usize| (n as u32).to_le_bytes();
+        out.extend(words(2));
+        out.extend(words(28 + json.len() + self.bytes.len()));
+        for (kind, chunk) in [(b"JSON", &json), (b"BIN\0", &self.bytes)] {
+            out.extend(words(chunk.len()));
+            out.extend(kind);
+            out.extend(chunk);
+        }
+        out
+    }
+}
+
+/// Six decimals: what follows differs between mathematics libraries.
+fn rounded(x: f64) -> f64 {
+    (x * 1e6).round() / 1e6 + 0.0
+}

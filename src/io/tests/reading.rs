@@ -1,0 +1,244 @@
+//! What is read.
+
+use super::*;
+use crate::{
+    io::{NamedCamera, PunctualLight},
+    scene::{bsdf::Bsdf, material::EmissionSides},
+};
+
+#[test]
+fn a_triangle_is_read_with_its_winding_and_normals() {
+    let w = world(&triangle());
+    assert_eq!(w.positions, [Vec3::ZERO, Vec3::X, Vec3::Y]);
+    assert_eq!(w.normals.as_deref(), Some([Vec3::Z; 3].as_slice()));
+    assert_eq!(facing(&w), Vec3::Z);
+    let loaded = load(&triangle()).unwrap();
+    assert_eq!((loaded.summary.triangles, loaded.materials.len(), loaded.hash.len()), (1, 1, 64));
+    assert!(loaded.warnings.is_empty(), "{:?}", loaded.warnings);
+    assert!(matches!(loaded.materials[0].bsdf, Bsdf::MetallicRoughness(m) if m.metallic == 1.0 && m.alpha == 1.0));
+}
+
+#[test]
+fn a_mirrored_node_keeps_the_front_on_its_side() {
+    // Mirroring in x leaves the side that faces +z facing +z; in z, the front goes over to −z.
+    for (scale, front) in [([-2., 1., 1.], Vec3::Z), ([1., 1., -3.], Vec3::NEG_Z), ([-1., -1., -1.], Vec3::NEG_Z)] {
+        let w = world(&with("/nodes/0/scale", json!(scale)));
+        assert_eq!(facing(&w), front, "{scale:?}");
+        assert!((w.normals.unwrap()[0] - front).length() < 1e-6, "N_s goes with N_g under {scale:?}");
+    }
+}
+
+#[test]
+fn normals_go_with_the_inverse_transpose() {
+    let part = mesh::Part {
+        positions: vec![Vec3::X, Vec3::Y, Vec3::Z],
+        normals: Some(vec![Vec3::ONE.normalize(); 3]),
+        triangles: vec![[0, 1, 2]],
+        material: None,
+    };
+    let matrices = [
+        DMat4::from_scale(DVec3::new(1., 4., 0.5)),
+        DMat4::from_scale(DVec3::new(-1., 4., 0.5)) * DMat4::from_rotation_x(0.7),
+        DMat4::from_cols_array(&[1., 0., 0., 0., 0.9, 1., 0., 0., 0., -0.3, -2., 0., 5., 6., 7., 1.]),
+    ];
+    for matrix in matrices {
+        let w = mesh::place(&part, &placed(matrix)).unwrap();
+        assert!((w.normals.as_ref().unwrap()[0] - facing(&w)).length() < 1e-5, "{matrix}");
+    }
+}
+
+#[test]
+fn transforms_nest() {
+    let mut document = triangle();
+    let half = std::f64::consts::FRAC_1_SQRT_2;
+    document["nodes"] = json!([
+        { "children": [1], "translation": [10., 0., 0.], "rotation": [0., 0., half, half] },
+        { "children": [2], "matrix": [2., 0., 0., 0., 0., 2., 0., 0., 0., 0., 2., 0., 1., 0., 0., 1.] },
+        { "mesh": 0 },
+    ]);
+    let w = world(&document);
+    // A quarter turn about z after scaling by 2 and moving by 1 along x.
+    for (have, want) in w.positions.iter().zip([Vec3::new(10., 1., 0.), Vec3::new(10., 3., 0.), Vec3::new(8., 1., 0.)])
+    {
+        assert!((*have - want).length() < 1e-6, "{have} {want}");
+    }
+}
+
+#[test]
+fn indices_have_three_types_and_vertices_may_be_strided() {
+    let stride = 20;
+    let positions = [[0., 0., 0.], [1., 0., 0.], [0., 1., 0.], [1., 1., 0.0_f32]];
+    for (component, size) in [(5121, 1), (5123, 2), (5125, 4)] {
+        let mut bytes = vec![0_u8; 4];
+        for p in positions {
+            bytes.extend(p.iter().flat_map(|x| x.to_le_bytes()));
+            bytes.extend([0xff; 8]);
+        }
+        let first = bytes.len();
+        for index in [2_u32, 1, 3] {
+            bytes.extend(&index.to_le_bytes()[..size]);
+        }
+        let mut document = document(&bytes);
+        document["meshes"][0]["primitives"][0] = json!({ "attributes": { "POSITION": 0 }, "indices": 1 });
+        document["accessors"] = json!([
+            { "bufferView": 0, "byteOffset": 4, "componentType": 5126, "count": 4, "type": "VEC3" },
+            { "bufferView": 1, "componentType": component, "count": 3, "type": "SCALAR" }]);
+        document["bufferViews"] = json!([
+            { "buffer": 0, "byteLength": 4 + 3 * stride + 12, "byteStride": stride },
+            { "buffer": 0, "byteOffset": first, "byteLength": 3 * size }]);
+        let w = world(&document);
+        assert_eq!(w.triangles, [[2, 1, 3]]);
+        assert_eq!(w.positions, positions.map(Vec3::from));
+        assert!(w.normals.is_none());
+    }
+}
+
+#[test]
+fn strips_fans_and_lists_without_indices() {
+    let positions = [[0., 0., 0.], [1., 0., 0.], [0., 1., 0.], [1., 1., 0.0_f32]];
+    let bytes: Vec<u8> = positions.iter().flatten().flat_map(|x| x.to_le_bytes()).collect();
+    let cases = [
+        (5, vec![[0, 1, 2], [1, 3, 2]]),
+        (6, vec![[1, 2, 0], [2, 3, 0]]),
+        (4, vec![[0, 1, 2]]),
+        (1, vec![]),
+        (0, vec![]),
+    ];
+    for (mode, triangles) in cases {
+        let mut document = document(&bytes);
+        document["meshes"][0]["primitives"][0] = json!({ "attributes": { "POSITION": 0 }, "mode": mode });
+        document["accessors"] = json!([{ "bufferView": 0, "componentType": 5126, "count": 4, "type": "VEC3" }]);
+        document["bufferViews"] = json!([{ "buffer": 0, "byteLength": 48 }]);
+        assert_eq!(load(&document).unwrap().summary.triangles, triangles.len(), "mode {mode}");
+        if !triangles.is_empty() {
+            assert_eq!(world(&document).triangles, triangles, "mode {mode}");
+        }
+        assert_eq!(load(&document).unwrap().warnings.len(), usize::from(!matches!(mode, 5 | 6)), "mode {mode}");
+    }
+}
+
+#[test]
+fn sparse_and_quantized_accessors() {
+    let mut bytes = vec![1_u8, 0, 0, 0]; // The sparse index, padded.
+    bytes.extend([3.0_f32, 4., 5.].iter().flat_map(|x| x.to_le_bytes()));
+    bytes.extend([0x81, 0x7f, 0x80, 0, 0, 0, 0, 0]); // −127, 127, −128 as normalized bytes.
+    let mut document = document(&bytes);
+    document["meshes"][0]["primitives"][0] = json!({ "attributes": { "POSITION": 0 } });
+    document["bufferViews"] = json!([
+        { "buffer": 0, "byteLength": 4 },
+        { "buffer": 0, "byteOffset": 4, "byteLength": 12 },
+        { "buffer": 0, "byteOffset": 16, "byteLength": 8, "byteStride": 4 }]);
+    let sparse =
+        json!({ "count": 1, "indices": { "bufferView": 0, "componentType": 5121 }, "values": { "bufferView": 1 } });
+    document["accessors"] = json!([{ "componentType": 5126, "count": 3, "type": "VEC3", "sparse": sparse }]);
+    assert_eq!(world(&document).positions, [Vec3::ZERO, Vec3::new(3., 4., 5.), Vec3::ZERO]);
+    document["accessors"] =
+        json!([{ "bufferView": 2, "componentType": 5120, "normalized": true, "count": 2, "type": "VEC3" }]);
+    assert_eq!(world(&document).positions[0], Vec3::new(-1., 1., -1.));
+}
+
+#[test]
+fn an_empty_file_of_any_kind_is_a_scene() {
+    for document in [
+        json!({ "asset": { "version": "2.0" } }),
+        json!({ "asset": { "version": "2.0" }, "scenes": [{ "name": "empty" }] }),
+        json!({ "asset": { "version": "2.0" }, "scene": 0, "scenes": [{ "nodes": [] }] }),
+    ] {
+        assert_eq!(load(&document).unwrap().summary.triangles, 0);
+    }
+    let binary = crate::io::read(&glb(r#"{"asset":{"version":"2.0"}}"#, None), Path::new("."), "x.glb").unwrap();
+    assert!(binary.summary.binary);
+}
+
+#[test]
+fn the_hash_is_that_of_the_bytes() {
+    let hash = |document: &Value| load(document).unwrap().hash;
+    assert_eq!(hash(&triangle()), hash(&triangle()));
+    assert_ne!(hash(&triangle()), hash(&with("/nodes/0/name", json!("other"))));
+}
+
+#[test]
+fn materials_become_bsdfs() {
+    let mut document = triangle();
+    let lambert = json!({ "specularFactor": 0.0 });
+    document["materials"] = json!([
+        { "pbrMetallicRoughness": { "metallicFactor": 0, "baseColorFactor": [0.5, 0.25, 0, 1] },
+          "extensions": { "KHR_materials_specular": lambert } },
+        { "pbrMetallicRoughness": { "metallicFactor": 0, "roughnessFactor": 0.5 },
+          "extensions": { "KHR_materials_ior": { "ior": 2.0 },
+            "KHR_materials_specular": { "specularFactor": 0.5, "specularColorFactor": [1, 2, 20] } } },
+        { "pbrMetallicRoughness": { "metallicFactor": 0, "roughnessFactor": 0 }, "extensions": {
+            "KHR_materials_transmission": { "transmissionFactor": 1 }, "KHR_materials_volume": {
+            "thicknessFactor": 1, "attenuationColor": [1, 0.5, 0], "attenuationDistance": 2 } } },
+        { "pbrMetallicRoughness": { "metallicFactor": 0 }, "extensions": {
+            "KHR_materials_transmission": { "transmissionFactor": 0.5 }, "KHR_materials_volume": {} } },
+        { "emissiveFactor": [1, 0.5, 0], "doubleSided": true, "pbrMetallicRoughness": { "metallicFactor": 0 },
+          "extensions": { "KHR_materials_emissive_strength": { "emissiveStrength": 8 } } },
+        { "pbrMetallicRoughness": { "metallicFactor": 1 },
+          "extensions": { "KHR_materials_transmission": { "transmissionFactor": 1 } } },
+    ]);
+    let loaded = load(&document).unwrap();
+    let m = &loaded.materials;
+    assert!(matches!(m[0].bsdf, Bsdf::Diffuse(d) if d.albedo == Vec3::new(0.5, 0.25, 0.0)));
+    let Bsdf::MetallicRoughness(rough) = m[1].bsdf else { panic!("{:?}", m[1]) };
+    assert!((rough.dielectric_f0 - Vec3::new(0.5 / 9.0, 1.0 / 9.0, 0.5)).length() < 1e-6, "{rough:?}");
+    assert_eq!((rough.alpha, rough.dielectric_f90), (0.25, 0.5));
+    assert!(matches!(m[2].bsdf, Bsdf::Dielectric(d) if d.ior == 1.5 && d.transmission == 1.0));
+    let expected = Vec3::new(0.0, 2.0_f32.ln() / 2.0, 1e6_f32.ln() / 2.0);
+    assert!((m[2].absorption - expected).length() < 1e-5, "{}", m[2].absorption);
+    assert!(matches!(m[3].bsdf, Bsdf::Thin(t) if t.transmission == 0.5), "no thickness: no volume");
+    assert_eq!((m[4].emission, m[4].emission_sides), (Vec3::new(8.0, 4.0, 0.0), EmissionSides::Both));
+    assert!(matches!(m[5].bsdf, Bsdf::MetallicRoughness(_)), "a metal does not transmit");
+    assert!(loaded.warnings.is_empty(), "{:?}", loaded.warnings);
+}
+
+#[test]
+fn lights_and_cameras_stand_in_world_space() {
+    let mut document = triangle();
+    document["nodes"] = json!([{ "children": [1, 2], "translation": [0, 5, 0], "rotation": [1, 0, 0, 0], "scale": [3, 3, 3] },
+        { "camera": 0, "translation": [1, 0, 0] },
+        { "extensions": { "KHR_lights_punctual": { "light": 0 } } }]);
+    document["cameras"] =
+        json!([{ "type": "perspective", "name": "eye", "perspective": { "yfov": 1.0, "znear": 0.1 } }]);
+    document["extensions"] = json!({ "KHR_lights_punctual": { "lights": [
+        { "type": "spot", "intensity": 10, "color": [1, 0.5, 0], "spot": {} }] } });
+    let loaded = load(&document).unwrap();
+    // Half a turn about x takes −z to +z and y to −y.
+    let eye = NamedCamera {
+        name: "eye".to_owned(),
+        position: Vec3::new(3., 5., 0.),
+        forward: Vec3::Z,
+        up: Vec3::NEG_Y,
+        yfov: 1.0,
+        aspect: None,
+    };
+    assert_eq!(loaded.cameras, [eye]);
+    let spot = PunctualLight::Spot {
+        position: Vec3::new(0., 5., 0.),
+        direction: Vec3::Z,
+        intensity: Vec3::new(10., 5., 0.),
+        inner: 0.0,
+        outer: std::f32::consts::FRAC_PI_4,
+    };
+    assert_eq!(loaded.lights, [spot]);
+}
+
+#[test]
+fn spheres_scale_with_their_node() {
+    let sphere = json!({ "PATHSPACE_sphere": { "radius": 0.5 } });
+    let mut document = changed(with("/nodes/0/extensions", sphere), "/nodes/0/scale", json!([-2, -2, -2]));
+    assert_eq!(load(&document).unwrap().summary.spheres, 1);
+    assert_eq!(placed(DMat4::from_scale(DVec3::splat(-2.0))).uniform_scale(), Some(2.0));
+    assert_eq!(placed(DMat4::from_scale(DVec3::new(2., 2., 2.01))).uniform_scale(), None);
+    document["nodes"][0]["scale"] = json!([1, 2, 1]);
+    assert!(load(&document).unwrap_err().to_string().contains("uniform scale"));
+}
+
+#[test]
+fn normals_without_direction_come_from_the_triangles() {
+    let mut bytes: Vec<u8> = [0., 0., 0., 1., 0., 0., 0., 1., 0.0_f32].iter().flat_map(|x| x.to_le_bytes()).collect();
+    bytes.extend([f32::NAN; 3].iter().chain(&[0.0; 3]).chain(&[1., 0., 0.]).flat_map(|x| x.to_le_bytes()));
+    bytes.extend([0, 1, 2, 0]);
+    assert_eq!(world(&document(&bytes)).normals.unwrap(), [Vec3::Z, Vec3::Z, Vec3::X]);
+    assert!(load(&document(&bytes)).unwrap().warnings[0].contains("2 normals"));
+}
