@@ -127,6 +127,11 @@ impl<'a> Accessors<'a> {
         self.root.get(index).map_or(0, |accessor| accessor.count.0 as usize)
     }
 
+    /// Whether it has elements in a buffer: one without is all zeros.
+    pub(super) fn has_data(&self, index: Index<Accessor>) -> bool {
+        self.root.get(index).is_some_and(|accessor| accessor.buffer_view.is_some())
+    }
+
     /// Unsigned integers: the indices of a primitive.
     pub(super) fn indices(&self, index: Index<Accessor>) -> Result<Vec<u32>, Fault> {
         let packed = self.packed(index, Type::Scalar, "a primitive's indices are scalars")?;

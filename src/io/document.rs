@@ -163,9 +163,11 @@ fn validate(root: &Root) -> Result<(), Fault> {
     root.validate(root, JsonPath::new, &mut |path, rule| {
         let path = path();
         let path = path.as_str();
-        // Extensions have a policy of their own; a position accessor's bounds and even the positions are not needed.
-        let bounds = [".min", ".max", ".attributes[\"POSITION\"]"];
-        if rule == Rule::Unsupported || bounds.iter().any(|end| path.ends_with(end)) && rule != Rule::IndexOutOfBounds {
+        // Extensions have a policy of their own; a position accessor's bounds and even the positions are not needed;
+        // an accessor without a view is all zeros (3.6.2.3).
+        let needless = [".min", ".max", ".attributes[\"POSITION\"]"].iter().any(|end| path.ends_with(end))
+            || path.starts_with("accessors[") && path.ends_with("].bufferView");
+        if rule == Rule::Unsupported || needless && rule != Rule::IndexOutOfBounds {
             return;
         }
         if first.is_none() {

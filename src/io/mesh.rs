@@ -16,6 +16,9 @@ use super::{
 /// More triangles than this, instances counted, are refused before they are made.
 pub(super) const MAX_TRIANGLES: usize = 1 << 27;
 
+/// Compressed primitives; some files have plain ones as well, for readers like this one.
+const DRACO: &str = "KHR_draco_mesh_compression";
+
 /// A primitive's triangles in the space of its mesh: read once, placed by every node that shows it.
 pub(super) struct Part {
     pub(super) positions: Vec<Vec3>,
@@ -60,6 +63,10 @@ fn part(
         warnings.push(format!("{at} has no positions: skipped"));
         return Ok(None);
     };
+    let extensions = primitive.extensions.as_ref().map(|extensions| &extensions.others);
+    if !accessors.has_data(source) && extensions.is_some_and(|others| others.contains_key(DRACO)) {
+        return Err(Fault::unsupported(at, format!("this primitive is there with {DRACO} alone")));
+    }
     let positions = accessors.vec3(source)?;
     if let Some(i) = positions.iter().position(|p| !p.is_finite()) {
         let what = format!("the position in element {i} is not finite: {}", positions[i]);
