@@ -119,6 +119,19 @@ fn smooth_clear_glass_loses_nothing() {
     }
 }
 
+#[test]
+fn glass_lies_below_the_surface() {
+    let glass = Bsdf::Dielectric(Dielectric { color: Rgb::ONE, ior: 1.5, alpha: 0.0, transmission: 1.0 });
+    let to_camera = Vec3::new(0.6, 0.0, 0.8);
+    let down = follow(&glass, Lobe::Delta(1), to_camera, Transport::Radiance).unwrap();
+    assert!((down.direction.x + 0.4).abs() < 1e-6 && down.direction.z < 0.0, "{}", down.direction);
+    assert_eq!(glass.relative_ior(to_camera, down.direction), 1.5);
+    // Radiance that leaves the glass spreads by Snell's law: f cos = T/η², Veach 5.2.
+    let (cos, transmitted) = (-down.direction.z, 1.0 - fresnel::dielectric(0.8, 1.5));
+    assert!((down.scatter.f.x * cos - transmitted / 2.25).abs() < 1e-6);
+    assert!(follow(&glass, Lobe::Delta(1), -to_camera.with_x(0.9).normalize(), Transport::Radiance).is_none());
+}
+
 fn close(a: f32, b: f32, tolerance: f32) -> bool {
     (a - b).abs() <= tolerance * a.abs().max(b.abs()) + 1e-12
 }
