@@ -60,7 +60,7 @@ impl MetallicRoughness {
     /// The probability of sampling the specular lobe from direction `w`.
     ///
     /// By the reflectance there, drawn by α towards its mean over the hemisphere: a rough lobe sees facets at all angles,
-    /// and must not get probability 0 where F of the macroscopic surface happens to be 0 (f0 = 0, normal incidence).
+    /// and must not be left to the base's samples where F of the macroscopic surface is 0 (f0 = 0, normal incidence).
     #[inline]
     fn specular_probability(&self, w: Vec3, coat: f32) -> f32 {
         let weight = fresnel::schlick_weight(w.z.abs());

@@ -173,11 +173,14 @@ mod tests {
     }
 
     #[test]
-    fn correlated_shadowing_lies_between_the_product_and_the_lesser() {
+    fn shadowing_and_masking_are_correlated_by_height() {
+        // Heitz 2014, eq. 99: G2 = 1/(1 + Λ + Λ'), where G1 = 1/(1 + Λ).
         let ggx = Ggx { alpha: 0.5 };
         let (a, b) = (Vec3::new(0.8, 0.0, 0.6), Vec3::new(0.0, 0.954, 0.3).normalize());
         let (ga, gb, g) = ggx.shadowing(a, b);
         let (ga, gb, g) = (ga * a.z, gb * b.z, g * a.z * b.z);
-        assert!(ga * gb < g && g < ga.min(gb), "{ga} {gb} {g}");
+        assert!((1.0 / g - (1.0 / ga + 1.0 / gb - 1.0)).abs() < 1e-5, "{ga} {gb} {g}");
+        let lambda = 0.5 * ((1.0 + 0.25 * (0.8_f32 / 0.6).powi(2)).sqrt() - 1.0);
+        assert!((ga - 1.0 / (1.0 + lambda)).abs() < 1e-6);
     }
 }
