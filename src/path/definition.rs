@@ -62,8 +62,8 @@ impl<'a> Path<'a> {
     }
 
     /// T(p̄) = Π_{i=1}^{n−1} f̂(p_{i+1}→p_i→p_{i−1}) G(p_{i+1}↔p_i): the fraction of the light at p_n that reaches p_0,
-    /// with respect to area measure (lecture, *The rendering equation: sum over paths*). Its unit is sr^(1−n) m^(2−2n)…
-    /// per vertex what dA takes away again.
+    /// with respect to area measure (lecture, *The rendering equation: sum over paths*). In
+    /// (sr m²)^(1−n).
     pub fn throughput(&self) -> DVec3 {
         (1..self.edges()).map(|i| self.scattering(i) * self.geometry_term(i) * self.transmittance(i)).product()
     }
@@ -104,8 +104,8 @@ impl<'a> Path<'a> {
         if !possible {
             return 0.0;
         }
-        let camera_part: f64 = (0..t).map(|i| self.from_camera(i)).product();
-        let light_part: f64 = (t..=n).map(|i| self.from_light(i, strategy)).product();
+        let camera_part: f64 = (0..t).map(|i| self.camera_density(i)).product();
+        let light_part: f64 = (t..=n).map(|i| self.light_density(i, strategy)).product();
         camera_part * light_part
     }
 
@@ -139,7 +139,7 @@ impl<'a> Path<'a> {
     }
 
     /// c_i: the density of p_i when it is sampled from p_{i−1}, with the probability that the ray passes what it crosses.
-    fn from_camera(&self, i: usize) -> f64 {
+    fn camera_density(&self, i: usize) -> f64 {
         if i == 0 {
             return 1.0; // the pinhole's δ(p_0)
         }
@@ -152,7 +152,7 @@ impl<'a> Path<'a> {
     }
 
     /// l_i: the density of p_i when it is sampled from p_{i+1}; of p_n, as `strategy` samples it.
-    fn from_light(&self, i: usize, strategy: Strategy) -> f64 {
+    pub(super) fn light_density(&self, i: usize, strategy: Strategy) -> f64 {
         let n = self.edges();
         let lights = self.scene.lights();
         if i == n {

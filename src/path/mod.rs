@@ -21,6 +21,9 @@ mod strategy;
 mod subpath;
 mod vertex;
 
+#[cfg(test)]
+mod tests;
+
 pub use class::{Event, PathClass};
 pub use definition::Path;
 pub use edge::Edge;

@@ -37,6 +37,8 @@ pub struct Techniques {
     max_depth: u32,
     /// m_{s,t} at `s·(max_depth + 2) + t`.
     multiplicity: Vec<u32>,
+    light_vertices: LightVertices,
+    camera_vertices: u32,
 }
 
 impl Techniques {
@@ -50,12 +52,28 @@ impl Techniques {
                 strategy.t >= 1 && (2..=side).contains(&(strategy.s + strategy.t)) && strategy.s + strategy.t < side;
             if exists { multiplicity(strategy) } else { 0 }
         };
-        Self {
+        let empty = Self {
             camera_subpaths: sensor.padded_pixels(),
             light_subpaths: sensor.pixels(),
             max_depth,
-            multiplicity: (0..side * side).map(entry).collect(),
-        }
+            multiplicity: Vec::new(),
+            light_vertices: LightVertices { connected: 0, splatted: 0 },
+            camera_vertices: 0,
+        };
+        empty.with_entries((0..side * side).map(entry).collect())
+    }
+
+    fn with_entries(&self, multiplicity: Vec<u32>) -> Self {
+        let table = Self { multiplicity, ..*self };
+        let longest = |wanted: fn(&Strategy) -> bool, vertices: fn(Strategy) -> u32| {
+            table.strategies().filter(wanted).map(vertices).max().unwrap_or(0)
+        };
+        let light_vertices = LightVertices {
+            connected: longest(|x| x.s >= 2 && x.t >= 2, |x| x.s),
+            splatted: longest(|x| x.t == 1, |x| x.s),
+        };
+        let camera_vertices = longest(|x| x.t >= 2, |x| x.t);
+        Self { light_vertices, camera_vertices, ..table }
     }
 
     /// The same table with every entry but one set to zero.
@@ -66,7 +84,7 @@ impl Techniques {
             let kept = Strategy { s: i / side, t: i % side } == strategy;
             if kept { self.multiplicity[i as usize] } else { 0 }
         });
-        Self { multiplicity: multiplicity.collect(), ..*self }
+        self.with_entries(multiplicity.collect())
     }
 
     /// m_{s,t}, zero outside the table.
@@ -101,14 +119,15 @@ impl Techniques {
     }
 
     /// How many vertices a light subpath needs for connections to camera subpaths (s ≥ 2, t ≥ 2) and for splats (t = 1).
+    #[inline]
     pub fn light_vertices(&self) -> LightVertices {
-        let longest = |wanted: fn(&Strategy) -> bool| self.strategies().filter(wanted).map(|x| x.s).max().unwrap_or(0);
-        LightVertices { connected: longest(|x| x.s >= 2 && x.t >= 2), splatted: longest(|x| x.t == 1) }
+        self.light_vertices
     }
 
     /// How many vertices a camera subpath needs: the largest t of any strategy with t ≥ 2, zero if there is none.
+    #[inline]
     pub fn camera_vertices(&self) -> u32 {
-        self.strategies().filter(|x| x.t >= 2).map(|x| x.t).max().unwrap_or(0)
+        self.camera_vertices
     }
 }
 

@@ -4,6 +4,7 @@ mod agreement;
 mod exactness;
 mod furnace;
 mod identity;
+mod public;
 mod report;
 mod scenes;
 mod statistics;

@@ -1,28 +1,29 @@
-//! Tests of equal means: Welch's t over tiles and over the whole image, with Šidák's correction for their number.
+//! Tests of equal means: Welch's t over the whole image's channels and its tiles' luminances, with Šidák's correction for their
+//! number.
 //! Variances come from independent replicates (renders with seeds of their own), never from the spread inside a tile.
 
 use std::fmt;
 
-use pathspace::film::Image;
+use pathspace::{film::Image, math::luminance};
 use statrs::distribution::{ContinuousCDF, StudentsT};
 
 /// Tiles along a side of the image.
 const TILES: usize = 4;
 /// The probability that agreeing integrators fail one comparison.
-const SIGNIFICANCE: f64 = 1e-4;
+const SIGNIFICANCE: f64 = 1e-3;
 
-/// Means of regions of an image (first the whole, then its tiles), three channels each.
+/// Means of an image: its three channels, and then the luminance of each tile.
 pub type Regions = Vec<f64>;
 
-/// The mean of every region and channel.
+/// The means of an image.
 pub fn regions(image: &Image) -> Regions {
     let (w, h) = (image.width as usize, image.height as usize);
-    let mut sums = vec![0.0_f64; 3 * (1 + TILES * TILES)];
+    let mut sums = vec![0.0_f64; 3 + TILES * TILES];
     for (i, pixel) in image.pixels.iter().enumerate() {
-        let tile = 1 + (i / w * TILES / h) * TILES + i % w * TILES / w;
-        for (c, v) in pixel.to_array().into_iter().enumerate() {
-            sums[c] += f64::from(v) / (w * h) as f64;
-            sums[3 * tile + c] += f64::from(v) * (TILES * TILES) as f64 / (w * h) as f64;
+        let tile = 3 + (i / w * TILES / h) * TILES + i % w * TILES / w;
+        sums[tile] += f64::from(luminance(*pixel)) * (TILES * TILES) as f64 / (w * h) as f64;
+        for (sum, v) in sums.iter_mut().zip(pixel.to_array()) {
+            *sum += f64::from(v) / (w * h) as f64;
         }
     }
     sums
@@ -55,12 +56,17 @@ impl Estimate {
         Self { mean, ..self.clone() }
     }
 
+    /// The same means without an error.
+    pub fn exact(&self) -> Self {
+        Self { error2: vec![0.0; self.error2.len()], ..self.clone() }
+    }
+
     /// The whole image alone, without its tiles.
     pub fn whole(&self) -> Self {
         Self { mean: self.mean[..3].to_vec(), error2: self.error2[..3].to_vec(), replicates: self.replicates }
     }
 
-    /// The p-value of a known mean in every region and channel, after Šidák's correction.
+    /// The p-value of a known mean in every region, after Šidák's correction.
     pub fn p_of_mean(&self, expected: f64) -> f64 {
         let known = Self {
             mean: vec![expected; self.mean.len()],
@@ -79,9 +85,9 @@ impl Estimate {
 /// The outcome of a comparison.
 #[derive(Clone, Debug)]
 pub struct Comparison {
-    /// The smallest p-value of all regions and channels, after Šidák's correction.
+    /// The smallest p-value of all means, after Šidák's correction.
     pub p: f64,
-    /// The region and channel that it belongs to.
+    /// The mean that it belongs to, as an index into [`Regions`].
     pub worst: usize,
     /// The smallest relative bias of the whole image that this comparison would call significant.
     pub visible_bias: f64,
@@ -112,13 +118,12 @@ impl Comparison {
 
 impl fmt::Display for Comparison {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let (region, channel) = (self.worst / 3, ["R", "G", "B"][self.worst % 3]);
         write!(f, "p = {:.2e} (", self.p)?;
-        match region {
-            0 => write!(f, "image")?,
-            tile => write!(f, "tile {},{}", (tile - 1) % TILES, (tile - 1) / TILES)?,
+        match self.worst {
+            channel @ 0..3 => write!(f, "image, {}", ["R", "G", "B"][channel])?,
+            tile => write!(f, "tile {},{}", (tile - 3) % TILES, (tile - 3) / TILES)?,
         }
-        write!(f, ", {channel}); smallest visible bias {:.2} %", 100.0 * self.visible_bias)
+        write!(f, "); smallest visible bias {:.2} %", 100.0 * self.visible_bias)
     }
 }
 
@@ -128,7 +133,7 @@ fn freedom(a: &Estimate, b: &Estimate, i: usize) -> f64 {
     (x + y).powi(2) / (x * x / (a.replicates - 1.0) + y * y / (b.replicates - 1.0))
 }
 
-/// The two-sided p-value of equal means in region `i`; `None` where both are exactly constant and equal.
+/// The two-sided p-value of equal means of index `i`; `None` where both are exactly constant and equal.
 fn welch(a: &Estimate, b: &Estimate, i: usize) -> Option<f64> {
     let error2 = a.error2[i] + b.error2[i];
     let difference = a.mean[i] - b.mean[i];
