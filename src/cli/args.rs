@@ -75,7 +75,7 @@ pub(super) struct RenderArgs {
     pub(super) roulette: Roulette,
 
     /// Clamp every contribution to X per channel, which biases the image; recorded in the file [default: off]
-    #[arg(long, value_name = "X", value_parser = values::positive)]
+    #[arg(long, value_name = "X", allow_negative_numbers = true, value_parser = values::positive)]
     pub(super) clamp: Option<f32>,
 
     /// Only the paths that this strategy samples: s vertices from the light, t from the camera

@@ -11,10 +11,13 @@ use crate::{
 pub(super) fn run(path: &Path) -> Result<(), Failure> {
     let loaded = io::load(path).map_err(|error| Failure::input(error.to_string()))?;
     terminal::answer(describe(&loaded));
+    for warning in &loaded.warnings {
+        terminal::answer(format_args!("warning    {warning}"));
+    }
     Ok(())
 }
 
-/// One line for each kind of thing, one for each camera and warning.
+/// One line for each kind of thing, one for each camera.
 pub(super) fn describe(loaded: &Loaded) -> String {
     let geometry = &loaded.geometry;
     let mut lines = vec![
@@ -34,7 +37,6 @@ pub(super) fn describe(loaded: &Loaded) -> String {
     if loaded.cameras.is_empty() {
         lines.push("camera     none; 'render' frames the whole scene".to_owned());
     }
-    lines.extend(loaded.warnings.iter().map(|warning| format!("warning    {warning}")));
     lines.join("\n")
 }
 

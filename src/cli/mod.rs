@@ -45,6 +45,7 @@ enum Command {
 
 /// Runs the program with the process's arguments; every error has been said when it returns.
 pub fn run() -> Exit {
+    panic::set_hook(Box::new(ask_for_a_report));
     guarded(|| match Cli::try_parse_from(env::args_os()) {
         Ok(cli) => match dispatch(&cli.command) {
             Ok(()) => Exit::Done,
@@ -90,12 +91,12 @@ fn one_sentence(message: &str) -> String {
     format!("{} (see 'pathspace --help')", line.trim_start_matches("error: "))
 }
 
-/// Turns a panic, which is always a bug of ours, into a sentence that asks for a report, and its exit code.
+/// Turns a panic, which is always a bug of ours, into its exit code.
 fn guarded(program: impl FnOnce() -> Exit + panic::UnwindSafe) -> Exit {
-    panic::set_hook(Box::new(ask_for_a_report));
     panic::catch_unwind(program).unwrap_or(Exit::Bug)
 }
 
+/// What a panic says instead of a stack trace.
 fn ask_for_a_report(panic: &PanicHookInfo<'_>) {
     // Several threads may meet the same bug.
     static ASKED: Once = Once::new();
@@ -133,9 +134,6 @@ mod tests {
 
     #[test]
     fn a_panic_ends_in_its_own_exit_code() {
-        let usual = panic::take_hook();
-        let exit = guarded(|| panic!("planted"));
-        panic::set_hook(usual);
-        assert_eq!(exit, Exit::Bug);
+        assert_eq!(guarded(|| panic!("planted")), Exit::Bug);
     }
 }

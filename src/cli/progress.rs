@@ -58,17 +58,16 @@ impl fmt::Display for Moment {
             Goal::Passes(all) => write!(f, "{}/{all} spp", self.passes)?,
             Goal::Time(all) => write!(f, "{} spp, {} of {}", self.passes, Clock(self.elapsed), Clock(all))?,
         }
-        let per_second = |count: u64| count as f64 * 1e-6 / self.elapsed.as_secs_f64().max(1e-9);
-        write!(f, ", {:.2} Msamples/s, {:.2} Mrays/s", per_second(self.samples), per_second(self.rays))?;
-        if let Some(noise) = self.noise {
-            write!(f, ", noise {noise:.1e}")?;
-        }
         let done = self.goal.fraction(self.passes, self.elapsed);
         if done > 0.0 {
             let left = self.elapsed.as_secs_f64() * (1.0 - done) / done;
             write!(f, ", {} left", Clock(Duration::try_from_secs_f64(left).unwrap_or(Duration::MAX)))?;
         }
-        Ok(())
+        if let Some(noise) = self.noise {
+            write!(f, ", noise {noise:.1e}")?;
+        }
+        let per_second = |count: u64| count as f64 * 1e-6 / self.elapsed.as_secs_f64().max(1e-9);
+        write!(f, ", {:.2} Msamples/s, {:.2} Mrays/s", per_second(self.samples), per_second(self.rays))
     }
 }
 
@@ -165,10 +164,10 @@ mod tests {
             rays: 123_000_000,
             noise: None,
         };
-        assert_eq!(moment.to_string(), "16/64 spp, 2.00 Msamples/s, 12.30 Mrays/s, 30.0 s left");
+        assert_eq!(moment.to_string(), "16/64 spp, 30.0 s left, 2.00 Msamples/s, 12.30 Mrays/s");
         moment.noise = Some(3.21e-3);
         moment.goal = Goal::Time(Duration::from_secs(3700));
-        let text = "16 spp, 10.0 s of 1:01:40, 2.00 Msamples/s, 12.30 Mrays/s, noise 3.2e-3, 1:01:30 left";
+        let text = "16 spp, 10.0 s of 1:01:40, 1:01:30 left, noise 3.2e-3, 2.00 Msamples/s, 12.30 Mrays/s";
         assert_eq!(moment.to_string(), text);
     }
 
