@@ -117,11 +117,7 @@ impl Builder {
                 )
             }
             Surface::Glowing { albedo, radiance } => {
-<<<<<<< HEAD
-                m["emissiveFactor"] = json!([radiance; 3]);
-=======
                 m["emissiveFactor"] = json!([radiance, radiance, radiance]);
->>>>>>> gltf
                 ([albedo; 3], 0.0, 1.0, json!({ "KHR_materials_specular": lambert }))
             }
             Surface::Mirror(reflectance) => ([reflectance; 3], 1.0, 0.0, json!({})),

@@ -92,7 +92,10 @@ pub fn mis_weight(path: &impl Densities, strategy: Strategy, techniques: &Techni
 
 #[cfg(test)]
 mod tests {
-    use proptest::prelude::*;
+    use proptest::{
+        prelude::{Strategy as Generator, any, prop, prop_assert},
+        proptest,
+    };
 
     use super::*;
     use crate::scene::camera::Sensor;
@@ -128,7 +131,7 @@ mod tests {
         }
     }
 
-    fn densities() -> impl proptest::strategy::Strategy<Value = Arbitrary> {
+    fn densities() -> impl Generator<Value = Arbitrary> {
         (2_usize..9).prop_flat_map(|n| {
             let density =
                 || prop::collection::vec(-5.0_f32..5.0, n).prop_map(|v| v.into_iter().map(f32::exp).collect());

@@ -62,7 +62,10 @@ fn bitterlis_cornell_box_is_tungstens() {
         let mut renderer = Renderer::new(&scene, &settings);
         (0..spp).for_each(|_| renderer.pass());
         let found = blocks(&renderer.film().image(spp));
-        let (even, odd) = (renderer.film().half_image(pathspace::film::Half::Even, spp / 2), renderer.film().half_image(pathspace::film::Half::Odd, spp / 2));
+        let (even, odd) = (
+            renderer.film().half_image(pathspace::film::Half::Even, spp / 2),
+            renderer.film().half_image(pathspace::film::Half::Odd, spp / 2),
+        );
         let (even, odd) = (blocks(&even), blocks(&odd));
         let worst = (0..16).map(|i| (found[i] / expected[i] - 1.0).abs()).fold(0.0, f64::max);
         println!("{integrator}, {spp} spp: worst block is {:.2} % off", 100.0 * worst);
