@@ -68,6 +68,7 @@ fn cornell_box() -> Vec<u8> {
     let mut scene = cornell();
     scene.mesh("light", "light", LAMP, &ceiling_light([2.13, 3.43], [2.27, 3.32]));
     let short = [[1.30, 0.65], [0.82, 2.25], [2.40, 2.72], [2.90, 1.14]];
+    #[allow(clippy::approx_constant)] // 3.14 is a coordinate of the original
     let tall = [[4.23, 2.47], [2.65, 2.96], [3.14, 4.56], [4.72, 4.06]];
     scene.mesh("short block", "white", WHITE, &prism(short, 1.65));
     scene.mesh("tall block", "white", WHITE, &prism(tall, 3.30));

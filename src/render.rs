@@ -153,12 +153,12 @@ impl<'a> Renderer<'a> {
             camera: self.serves_crop(pixel).then_some(Raster(place)),
             splats: if pixel.is_inside(sensor) { Splats::Yes } else { Splats::No },
         };
-        let samplers = Samplers {
+        let mut samplers = Samplers {
             camera: &mut camera,
             light: &mut sampler(Stream::Light),
             connection: &mut sampler(Stream::Connection),
         };
-        self.integrator.estimate(self.scene, unit, scratch, samplers, sink);
+        self.integrator.estimate(self.scene, unit, scratch, &mut samplers, sink);
         u64::from(unit.camera.is_some())
     }
 

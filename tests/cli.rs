@@ -157,9 +157,40 @@ fn a_missing_or_broken_scene_is_refused() {
         refused(&run.pathspace(&[command, "no-such-scene.glb"]), 3, "no-such-scene.glb");
         fs::write(run.path("empty.glb"), "").unwrap();
         refused(&run.pathspace(&[command, "empty.glb"]), 3, "empty.glb");
-        refused(&run.pathspace(&[command, "."]), 3, "'.'");
+        refused(&run.pathspace(&[command, "."]), 3, "cannot read .");
     }
     assert_eq!(run.files(), ["empty.glb"]);
+}
+
+#[test]
+fn a_damaged_scene_is_refused_with_the_place_of_the_damage() {
+    let run = Run::new();
+    let whole = fs::read(scene()).unwrap();
+    fs::write(run.path("cut.glb"), &whole[..whole.len() - 100]).unwrap();
+    refused(&run.pathspace(&["render", "cut.glb"]), 3, "cut.glb");
+    fs::write(run.path("typo.gltf"), "{ \"asset\": { \"version\": \"2.0\" }, }").unwrap();
+    refused(&run.pathspace(&["render", "typo.gltf"]), 3, "line 1");
+    fs::write(run.path("range.gltf"), triangle("0.0").replace("\"POSITION\": 0", "\"POSITION\": 7")).unwrap();
+    refused(&run.pathspace(&["render", "range.gltf"]), 3, "/meshes/0/primitives/0");
+    fs::write(run.path("nan.gltf"), triangle("nan")).unwrap();
+    refused(&run.pathspace(&["render", "nan.gltf"]), 3, "/accessors/0");
+    fs::write(run.path("good.gltf"), triangle("0.0")).unwrap();
+    assert_eq!(code(&run.pathspace(&["info", "good.gltf"])), 0, "the undamaged document is fine");
+}
+
+/// A document of one triangle, whose first coordinate is `x`.
+fn triangle(x: &str) -> String {
+    let corners: [f32; 9] = [x.parse().unwrap(), 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0];
+    let bytes: Vec<u8> = corners.iter().flat_map(|c| c.to_le_bytes()).collect();
+    let escaped: String = bytes.iter().map(|b| format!("%{b:02x}")).collect();
+    format!(
+        r#"{{ "asset": {{ "version": "2.0" }}, "scene": 0, "scenes": [{{ "nodes": [0] }}], "nodes": [{{ "mesh": 0 }}],
+        "meshes": [{{ "primitives": [{{ "attributes": {{ "POSITION": 0 }} }}] }}],
+        "accessors": [{{ "bufferView": 0, "componentType": 5126, "count": 3, "type": "VEC3",
+                         "min": [0, 0, 0], "max": [1, 1, 0] }}],
+        "bufferViews": [{{ "buffer": 0, "byteLength": 36 }}],
+        "buffers": [{{ "byteLength": 36, "uri": "data:application/octet-stream,{escaped}" }}] }}"#
+    )
 }
 
 #[test]

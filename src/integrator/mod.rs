@@ -203,7 +203,7 @@ impl Integrator {
         scene: &Scene,
         unit: Unit,
         scratch: &mut Scratch,
-        samplers: Samplers<'_, S>,
+        samplers: &mut Samplers<'_, S>,
         sink: &mut impl Sink,
     ) {
         let LightVertices { connected, splatted } = self.evaluated.light_vertices();

@@ -20,9 +20,9 @@ pub struct Joint {
     /// The factors of F between the prefixes: f̂ V⁻¹G f̂ for inner connections, with W_e or L_e at a path's end; L_e alone for s = 0.
     value: Rgb,
     /// c_t and c_{t+1}.
-    from_camera: [PdfArea; 2],
+    camera_density: [PdfArea; 2],
     /// l_{t−1} and l_{t−2}.
-    from_light: [PdfArea; 2],
+    light_density: [PdfArea; 2],
     next_event_ratio: f32,
 }
 
@@ -62,8 +62,8 @@ impl<'a> JoinedPath<'a> {
         let position = lights.pdf_position(p);
         let joint = Joint {
             value,
-            from_camera: [PdfArea::ZERO; 2],
-            from_light: [position, lights.pdf_direction(p, to_camera).to_area(&end.back)],
+            camera_density: [PdfArea::ZERO; 2],
+            light_density: [position, lights.pdf_direction(p, to_camera).to_area(&end.back)],
             next_event_ratio: lights.pdf_next_event(p, &before.vertex.point).0 / position.0,
         };
         Some(Self { scene, camera, light: &[], joint, raster })
@@ -99,8 +99,8 @@ impl<'a> JoinedPath<'a> {
         let passed = transmittance(scene, &z.vertex.point, &edge, &y.vertex.point, Transport::Radiance);
         let joint = Joint {
             value: value * passed * edge.geometry_factor(),
-            from_camera: [camera_face.across.to_area(&edge), light_face.back],
-            from_light: [light_face.across.to_area(&edge.reversed()), camera_face.back],
+            camera_density: [camera_face.across.to_area(&edge), light_face.back],
+            light_density: [light_face.across.to_area(&edge.reversed()), camera_face.back],
             next_event_ratio,
         };
         Some(Self { scene, camera, light, joint, raster })
@@ -196,24 +196,24 @@ impl Densities for JoinedPath<'_> {
     }
 
     #[inline]
-    fn from_camera(&self, i: u32) -> PdfArea {
+    fn camera_density(&self, i: u32) -> PdfArea {
         let t = self.camera.len() as u32;
         if i < t {
             self.camera[i as usize].pdf_fwd
         } else if i - t < 2 {
-            self.joint.from_camera[(i - t) as usize]
+            self.joint.camera_density[(i - t) as usize]
         } else {
             self.step(i).pdf_rev
         }
     }
 
     #[inline]
-    fn from_light(&self, i: u32) -> PdfArea {
+    fn light_density(&self, i: u32) -> PdfArea {
         let t = self.camera.len() as u32;
         if i >= t {
             self.emission_density(i)
         } else if t - 1 - i < 2 {
-            self.joint.from_light[(t - 1 - i) as usize]
+            self.joint.light_density[(t - 1 - i) as usize]
         } else {
             self.camera[i as usize].pdf_rev
         }

@@ -17,15 +17,15 @@ pub enum Heuristic {
 
 /// What a weight depends on: the densities of one path, vertex by vertex, from both sides.
 ///
-/// With c_i = `from_camera(i)` and l_i = `from_light(i)`, strategy (s,t) has density p_{s,t} = Π_{i<t} c_i Π_{i≥t} l_i,
+/// With c_i = `camera_density(i)` and l_i = `light_density(i)`, strategy (s,t) has density p_{s,t} = Π_{i<t} c_i Π_{i≥t} l_i,
 /// except that p_{1,t≥2} has the next-event density of p_n in place of the emission density l_n.
 pub trait Densities {
     /// n, the path's length in edges.
     fn edges(&self) -> u32;
     /// c_i: the density of p_i when sampled from p_{i−1}; of interest for i ≥ 1.
-    fn from_camera(&self, i: u32) -> PdfArea;
+    fn camera_density(&self, i: u32) -> PdfArea;
     /// l_i: the density of p_i when sampled from p_{i+1}; l_n is the emission density of the light's point.
-    fn from_light(&self, i: u32) -> PdfArea;
+    fn light_density(&self, i: u32) -> PdfArea;
     /// Next-event density of p_n given p_{n−1}, over its emission density l_n.
     fn next_event_ratio(&self) -> f32;
     /// Whether p_i passes a delta lobe, so that no edge can be connected to it. Its densities still are in the products.
@@ -69,12 +69,12 @@ pub fn mis_weight(path: &impl Densities, strategy: Strategy, techniques: &Techni
 
     // Towards the light: p_i moves from the light's part to the camera's, s falls.
     let lower_s = (strategy.t..=n).scan(1.0_f32, |ratio, i| {
-        *ratio *= path.from_camera(i).0 / path.from_light(i).0;
+        *ratio *= path.camera_density(i).0 / path.light_density(i).0;
         (*ratio > 0.0).then(|| term(*ratio, count(i + 1)))
     });
     // Towards the camera: p_i moves from the camera's part to the light's, s grows.
     let higher_s = (1..strategy.t).rev().scan(1.0_f32, |ratio, i| {
-        *ratio *= path.from_light(i).0 / path.from_camera(i).0;
+        *ratio *= path.light_density(i).0 / path.camera_density(i).0;
         (*ratio > 0.0).then(|| term(*ratio, count(i)))
     });
     match heuristic {
@@ -114,10 +114,10 @@ mod tests {
         fn edges(&self) -> u32 {
             self.camera.len() as u32 - 1
         }
-        fn from_camera(&self, i: u32) -> PdfArea {
+        fn camera_density(&self, i: u32) -> PdfArea {
             PdfArea(self.camera[i as usize])
         }
-        fn from_light(&self, i: u32) -> PdfArea {
+        fn light_density(&self, i: u32) -> PdfArea {
             PdfArea(self.light[i as usize])
         }
         fn next_event_ratio(&self) -> f32 {

@@ -61,7 +61,7 @@ impl<'a> Run<'a> {
                 break;
             }
             // The error falls as the square root; a little more saves a round, and too much more costs time.
-            spp = (spp as f64 * (1.1 * (visible / refined).powi(2)).clamp(1.3, 3.0)) as u32;
+            spp = (f64::from(spp) * (1.1 * (visible / refined).powi(2)).clamp(1.3, 3.0)) as u32;
         }
         for renderer in &self.renderers {
             assert!(renderer.statistics().rejected.is_empty(), "{}: {:?}", self.name, renderer.statistics().rejected);

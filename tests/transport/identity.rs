@@ -70,7 +70,7 @@ fn rounding(path: &Path) -> f64 {
 
 fn perturbed(v: &Vertex, k: usize) -> Vertex {
     let sign = |bit: usize| if (k >> bit) & 1 == 0 { 1.0_f32 } else { -1.0 };
-    let shift = Vec3::new(sign(0), sign(1), sign(2)) * if k % 3 == 0 { 1.0 } else { 0.6 };
+    let shift = Vec3::new(sign(0), sign(1), sign(2)) * if k.is_multiple_of(3) { 1.0 } else { 0.6 };
     let scale = 4.0 * f32::EPSILON;
     let mut v = *v;
     let p = &mut v.point;

@@ -1,5 +1,7 @@
 //! Light transport held against its definition, against closed forms, and against itself by other strategies.
 
+#![allow(clippy::print_stdout, clippy::print_stderr)] // a test says what it measured
+
 mod agreement;
 mod exactness;
 mod furnace;
