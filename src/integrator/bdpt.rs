@@ -7,7 +7,7 @@ pub const NAME: &str = "bdpt";
 
 /// What the table can sample at all.
 pub const COVERAGE: &str =
-    "every path, except that a point light or sun seen only through specular surfaces has no strategy";
+    "every path with two neighbouring vertices that are not specular, or whose light has an extent";
 
 /// m_{s,t} of the table.
 pub fn multiplicity(strategy: Strategy) -> u32 {

@@ -1,4 +1,5 @@
-//! Path and light tracing in one estimator: s ≤ 1, or t = 1. No inner connections, so it costs little more than both, and their weights leave caustics to the light subpaths.
+//! Path and light tracing in one estimator: s ≤ 1, or t = 1. There are no inner connections, so it costs little more than the
+//! two, and the weights leave caustics to the light subpaths.
 
 use crate::path::Strategy;
 
@@ -7,7 +8,7 @@ pub const NAME: &str = "hybrid";
 
 /// What the table can sample at all.
 pub const COVERAGE: &str =
-    "every path, except that a point light or sun seen only through specular surfaces has no strategy";
+    "every path, except those that lead from a point light or a sun through a specular vertex to a camera that sees another one";
 
 /// m_{s,t} of the table.
 pub fn multiplicity(strategy: Strategy) -> u32 {

@@ -27,7 +27,7 @@ pub(super) struct Prepared {
     inverse: Vec3,
     /// The axes x, y, z of the sheared frame: z is where the direction is largest.
     pub axes: [usize; 3],
-    /// The shear that turns the direction into +z: x −= shear[0]·z, y −= shear[1]·z.
+    /// The shear that turns the direction into +z: `x −= shear[0]·z`, `y −= shear[1]·z`.
     pub shear: [f32; 2],
 }
 
