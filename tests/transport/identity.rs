@@ -145,7 +145,7 @@ fn assert_identity(name: &str, scene: &Scene, passes: u32) {
 #[test]
 fn of_every_path_in_the_committed_scenes() {
     for name in scenes::FILES {
-        assert_identity(name, &scenes::load(name, scenes::square(24, Filter::Box)), 2);
+        assert_identity(name, &scenes::load(name, scenes::square(24, Filter::Box)), 6);
     }
 }
 
