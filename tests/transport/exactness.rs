@@ -75,8 +75,8 @@ fn brightness_depends_neither_on_spp_nor_on_the_filter_nor_on_resolution() {
     for integrator in IntegratorKind::ALL {
         let base = Settings { integrator, max_depth: 5, ..Settings::new(sensor) };
         let room = |sensor| scenes::load("cornell-box", sensor);
-        let reference = estimate(&room(sensor), &base, 64, 16);
-        let few = estimate(&room(sensor), &Settings { seed: 100, ..base.clone() }, 1, 1024);
+        let reference = estimate(&room(sensor), &base, 192, 16);
+        let few = estimate(&room(sensor), &Settings { seed: 100, ..base.clone() }, 1, 3072);
         // Tiles see past their borders through a wide filter, so only the whole image compares; its border pixels as well,
         // since the filter's weight is one in all.
         let wide = scenes::square(24, Filter::BlackmanHarris);
@@ -85,9 +85,9 @@ fn brightness_depends_neither_on_spp_nor_on_the_filter_nor_on_resolution() {
             seed: 200,
             ..Settings { crop: Crop::full(wide), ..base.clone() }
         };
-        let filtered = estimate(&room(wide), &filtered, 64, 16);
+        let filtered = estimate(&room(wide), &filtered, 192, 16);
         let large = scenes::square(48, Filter::Box);
-        let large = estimate(&room(large), &Settings { crop: Crop::full(large), seed: 300, ..base.clone() }, 16, 16);
+        let large = estimate(&room(large), &Settings { crop: Crop::full(large), seed: 300, ..base.clone() }, 48, 16);
         for (what, other, whole) in
             [("1 spp", &few, false), ("Blackman-Harris", &filtered, true), ("48²", &large, false)]
         {
