@@ -61,11 +61,6 @@ impl Estimate {
         Self { error2: vec![0.0; self.error2.len()], ..self.clone() }
     }
 
-    /// The whole image alone, without its tiles.
-    pub fn whole(&self) -> Self {
-        Self { mean: self.mean[..3].to_vec(), error2: self.error2[..3].to_vec(), replicates: self.replicates }
-    }
-
     /// The p-value of a known mean in every region, after Šidák's correction.
     pub fn p_of_mean(&self, expected: f64) -> f64 {
         let known = Self {
