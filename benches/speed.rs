@@ -25,7 +25,7 @@ fn load(name: &str) -> Scene {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes").join(name).with_extension("glb");
     let loaded = io::load(&path).unwrap_or_else(|e| panic!("{e}"));
     let c = loaded.cameras[0].clone();
-    loaded.into_scene(Camera::look_at(c.position, c.position + c.forward, c.up, c.yfov, SENSOR))
+    loaded.into_scene(Camera::look_at(c.position, c.position + c.forward, c.up, c.yfov, SENSOR), None)
 }
 
 fn median(mut values: Vec<f64>) -> f64 {

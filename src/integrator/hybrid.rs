@@ -7,7 +7,7 @@ use crate::path::Strategy;
 pub const NAME: &str = "hybrid";
 
 /// What the table can sample at all.
-pub const COVERAGE: &str = "every path, except those that lead from a point light or a sun through a specular vertex to a camera that sees another one";
+pub const COVERAGE: &str = "every path, except those that lead from a point light, a spot or a sun through a specular vertex to a camera that sees another one";
 
 /// m_{s,t} of the table.
 pub fn multiplicity(strategy: Strategy) -> u32 {

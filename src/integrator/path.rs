@@ -7,7 +7,7 @@ pub const NAME: &str = "path";
 
 /// What the table can sample at all.
 pub const COVERAGE: &str =
-    "every path, except those on which a point light or a sun follows a specular vertex (their caustics)";
+    "every path, except those on which a point light, a spot or a sun follows a specular vertex (their caustics)";
 
 /// m_{s,t} of the table.
 pub fn multiplicity(strategy: Strategy) -> u32 {

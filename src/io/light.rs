@@ -6,7 +6,7 @@ use glam::{DVec3, Vec3};
 use gltf_json::{
     Root,
     camera::Camera,
-    extensions::scene::khr_lights_punctual::{Light, Type},
+    extensions::scene::khr_lights_punctual::{self, Type},
     validation::Checked,
 };
 
@@ -14,7 +14,10 @@ use super::{
     error::{Fault, quoted},
     node::Placed,
 };
-use crate::{math::Rgb, scene};
+use crate::{
+    math::Rgb,
+    scene::light::{Light, Spot},
+};
 
 /// A light of `KHR_lights_punctual` in world space, in the extension's units.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -49,14 +52,14 @@ pub enum PunctualLight {
 }
 
 impl PunctualLight {
-    /// The scene's light; `None` for a spot, which the scene does not know yet.
-    pub fn to_light(&self) -> Option<scene::light::Light> {
+    /// The scene's light.
+    pub fn to_light(&self) -> Light {
         match *self {
-            Self::Point { position, intensity } => Some(scene::light::Light::Point { position, intensity }),
-            Self::Directional { direction, irradiance } => {
-                Some(scene::light::Light::Directional { towards: -direction, irradiance })
+            Self::Point { position, intensity } => Light::Point { position, intensity },
+            Self::Directional { direction, irradiance } => Light::Directional { towards: -direction, irradiance },
+            Self::Spot { position, direction, intensity, inner, outer } => {
+                Light::Spot(Spot::new(position, direction, intensity, inner, outer))
             }
-            Self::Spot { .. } => None,
         }
     }
 }
@@ -86,7 +89,7 @@ pub(super) fn light(
     warnings: &mut Vec<String>,
 ) -> Result<Option<PunctualLight>, Fault> {
     let at = format!("/extensions/KHR_lights_punctual/lights/{index}");
-    let lights: &[Light] = root.as_ref();
+    let lights: &[khr_lights_punctual::Light] = root.as_ref();
     let Some(light) = lights.get(index) else { return Err(Fault::invalid(at, "there is no such light")) };
     let intensity = Vec3::from(light.color) * light.intensity;
     if !intensity.is_finite() || intensity.min_element() < 0.0 {

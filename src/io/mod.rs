@@ -44,6 +44,7 @@ use crate::scene::{
     Scene,
     camera::Camera,
     geometry::Geometry,
+    light::Light,
     material::{Material, MaterialId},
 };
 use accessor::Accessors;
@@ -72,9 +73,12 @@ pub struct Loaded {
 }
 
 impl Loaded {
-    /// The scene seen by `camera`. Spot lights are left out ([`Loaded::warnings`] says so).
-    pub fn into_scene(self, camera: Camera) -> Scene {
-        let lights: Vec<_> = self.lights.iter().filter_map(PunctualLight::to_light).collect();
+    /// The scene seen by `camera`, with `environment` around it: a light of its kind, if it is to have one.
+    ///
+    /// # Panics
+    /// As [`Scene::new`].
+    pub fn into_scene(self, camera: Camera, environment: Option<Light>) -> Scene {
+        let lights: Vec<_> = self.lights.iter().map(PunctualLight::to_light).chain(environment).collect();
         Scene::new(self.geometry, self.materials, &lights, camera)
     }
 }

@@ -12,7 +12,7 @@ use crate::{
         bsdf::Lobe,
         camera::{Camera, Raster, Sensor},
         geometry::Geometry,
-        light::Light,
+        light::{Light, Spot},
         material::{Material, MaterialId},
         point::Point,
     },
@@ -79,6 +79,24 @@ fn a_point_light_has_no_normal_and_is_never_hit() {
     assert_close(pdf(&path, 2, 1), 1.0 / (4.0 * PI) * (2.0 / 3.0) / 9.0);
     let seen_directly = Path::new(&scene, vec![lens(&scene), sampled(&scene, true)]);
     assert_eq!((pdf(&seen_directly, 0, 2), pdf(&seen_directly, 1, 1)), (0.0, 0.0));
+}
+
+#[test]
+fn a_spot_shines_into_its_cone_in_proportion_to_its_intensity() {
+    // From straight above the floor's middle, 60° off the axis at the outer angle and full within 30°.
+    let (inner, outer) = (30.0_f32.to_radians(), 60.0_f32.to_radians());
+    let spot = Spot::new(Vec3::new(0.0, 2.0, 0.0), Vec3::new(0.6, -0.8, 0.0), Rgb::splat(7.0), inner, outer);
+    let scene = floor_under(Light::Spot(spot));
+    let path = Path::new(&scene, vec![lens(&scene), seen(&scene), sampled(&scene, true)]);
+    let (co, ci) = (0.5, f64::from(inner).cos());
+    let falloff = ((0.8 - co) / (ci - co)).powi(2);
+    let g = 1.0 / 4.0;
+    assert_close(path.geometry_term(1), g);
+    assert_close(path.contribution().x / pdf(&path, 1, 2), CAMERA * ALBEDO / PI * g * 7.0 * falloff);
+    // ∫ of the falloff over the sphere: a third of the ramp in cos θ, and all within the inner angle.
+    let integral = 2.0 * PI * ((ci - co) / 3.0 + 1.0 - ci);
+    assert_close(pdf(&path, 2, 1), falloff / integral * g);
+    assert_eq!(pdf(&path, 0, 3), 0.0);
 }
 
 #[test]

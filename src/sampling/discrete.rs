@@ -3,8 +3,9 @@
 /// A distribution over 0…n−1 in proportion to non-negative weights, sampled by bisection of its cumulative sum.
 #[derive(Clone, Debug, Default)]
 pub struct Discrete {
-    /// `cumulative[i]` is the sum of the probabilities before `i`; the last entry is exactly 1.
-    cumulative: Vec<f32>,
+    /// `cumulative[i]` is the sum of the probabilities before `i`; the last entry is exactly 1. In f64, so that an index of
+    /// little weight keeps a positive probability.
+    cumulative: Vec<f64>,
     probability: Vec<f32>,
 }
 
@@ -19,12 +20,12 @@ impl Discrete {
         let mut sum = 0.0_f64;
         let mut cumulative = Vec::with_capacity(weights.len() + 1);
         for &w in weights {
-            cumulative.push((sum / total) as f32);
+            cumulative.push(sum / total);
             sum += f64::from(w);
         }
         cumulative.push(1.0);
-        // The probability that bisection really gives, so that sampling and density agree to the last bit.
-        let probability = cumulative.windows(2).map(|c| c[1] - c[0]).collect();
+        // The probability that bisection really gives.
+        let probability = cumulative.windows(2).map(|c| (c[1] - c[0]) as f32).collect();
         Self { cumulative, probability }
     }
 
@@ -39,7 +40,7 @@ impl Discrete {
     /// If the distribution is empty.
     #[inline]
     pub fn sample(&self, u: f32) -> (usize, f32) {
-        let i = self.cumulative.partition_point(|c| *c <= u) - 1;
+        let i = self.cumulative.partition_point(|c| *c <= f64::from(u)) - 1;
         (i, self.probability[i])
     }
 

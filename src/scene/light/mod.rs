@@ -4,10 +4,25 @@
 //! belong to strategies that walk from the light, p_{s≥2} and p_{1,1}; the *next-event* density belongs to p_{1,t≥2}
 //! and is conditional on p_{n-1}. Multiple importance sampling needs to know which is which.
 
-use std::f32::consts::{FRAC_1_PI, PI};
+mod choice;
+mod environment;
+mod spot;
+
+#[cfg(test)]
+mod tests;
+
+use std::{
+    f32::consts::{FRAC_1_PI, PI},
+    sync::Arc,
+};
 
 use glam::{Vec2, Vec3};
 
+use self::choice::Kind;
+pub use self::{
+    environment::{EnvironmentMap, NotARadiance},
+    spot::Spot,
+};
 use super::{
     geometry::{Geometry, PrimitiveId, Surface},
     material::{EmissionSides, Material, MaterialId},
@@ -24,7 +39,7 @@ use crate::{
 pub struct LightId(pub u32);
 
 /// A source of light.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub enum Light {
     /// A primitive that emits the same radiance (W/(m² sr) or nit) from every point into every direction of its emitting sides.
     Area {
@@ -44,6 +59,8 @@ pub enum Light {
         /// Intensity, W/sr or candela.
         intensity: Rgb,
     },
+    /// A point that shines into a cone. Never seen directly.
+    Spot(Spot),
     /// A sun: parallel light. Never seen directly.
     Directional {
         /// The unit direction *towards* the light.
@@ -56,6 +73,8 @@ pub enum Light {
         /// L_e.
         radiance: Rgb,
     },
+    /// Radiance by the direction in which a ray leaves the scene.
+    EnvironmentMap(Arc<EnvironmentMap>),
 }
 
 /// Where and how a light subpath starts.
@@ -73,11 +92,11 @@ pub struct Emission {
     pub origin: Option<Vec3>,
 }
 
-/// All lights of a scene, with the choice among them in proportion to emitted power.
+/// All lights of a scene, with the choice among them by kind and emitted power.
 #[derive(Clone, Debug)]
 pub struct Lights {
     lights: Vec<Light>,
-    by_power: Discrete,
+    choice: Discrete,
     environment: Option<LightId>,
     /// A sphere that contains the scene, from whose silhouette infinite lights shine. Its radius is positive.
     center: Vec3,
@@ -100,18 +119,18 @@ impl Lights {
                 area,
             })
         });
-        let lights: Vec<_> = emitters.chain(others.iter().copied()).collect();
+        let lights: Vec<_> = emitters.chain(others.iter().cloned()).collect();
         let mut environments =
-            (0..).map(LightId).zip(&lights).filter(|(_, l)| matches!(l, Light::Environment { .. })).map(|(i, _)| i);
+            (0..).map(LightId).zip(&lights).filter(|(_, l)| l.kind() == Kind::Environment).map(|(i, _)| i);
         let environment = environments.next();
         assert!(environments.next().is_none(), "a scene has at most one environment");
         let (center, radius) = match geometry.bounds() {
             Some(b) => (0.5 * (b.min + b.max), (0.5 * (b.max - b.min).length() * 1.001).max(f32::MIN_POSITIVE)),
             None => (Vec3::ZERO, 1.0),
         };
-        let mut result = Self { lights, by_power: Discrete::default(), environment, center, radius };
-        let powers: Vec<_> = result.lights.iter().map(|l| result.power(l)).collect();
-        result.by_power = Discrete::new(&powers);
+        let mut result = Self { lights, choice: Discrete::default(), environment, center, radius };
+        let powers: Vec<_> = result.lights.iter().map(|l| (l.kind(), result.power(l))).collect();
+        result.choice = choice::by_kind_and_power(&powers);
         result
     }
 
@@ -122,7 +141,7 @@ impl Lights {
 
     /// Whether no light emits anything.
     pub fn is_empty(&self) -> bool {
-        self.by_power.is_empty()
+        self.choice.is_empty()
     }
 
     /// The light `id`.
@@ -139,14 +158,17 @@ impl Lights {
         })
     }
 
-    /// The luminance of the emitted power Φ, W or lumen. An infinite light counts what falls on the scene's bounding disk.
-    fn power(&self, light: &Light) -> f32 {
-        let disk = PI * self.radius * self.radius;
+    /// The luminance of the emitted power Φ, W or lumen. An infinite light counts what falls on the scene's disk, from every
+    /// direction in which it shines.
+    fn power(&self, light: &Light) -> f64 {
+        let disk = f64::from(PI) * f64::from(self.radius).powi(2);
         match light {
-            Light::Area { radiance, sides, area, .. } => luminance(*radiance) * PI * area * sides.count(),
-            Light::Point { intensity, .. } => luminance(*intensity) * 4.0 * PI,
-            Light::Directional { irradiance, .. } => luminance(*irradiance) * disk,
-            Light::Environment { radiance } => luminance(*radiance) * PI * disk,
+            Light::Area { radiance, sides, area, .. } => f64::from(luminance(*radiance) * PI * area * sides.count()),
+            Light::Point { intensity, .. } => f64::from(luminance(*intensity) * 4.0 * PI),
+            Light::Spot(spot) => f64::from(luminance(spot.intensity()) * spot.solid_angle()),
+            Light::Directional { irradiance, .. } => f64::from(luminance(*irradiance)) * disk,
+            Light::Environment { radiance } => f64::from(luminance(*radiance) * 4.0 * PI) * disk,
+            Light::EnvironmentMap(map) => f64::from(map.integral()) * disk,
         }
     }
 
@@ -159,31 +181,35 @@ impl Lights {
             .map(|l| match l {
                 Light::Area { radiance, .. } | Light::Environment { radiance } => radiance.max_element(),
                 Light::Point { intensity, .. } => intensity.max_element() * FRAC_1_PI / (near * near),
+                Light::Spot(spot) => spot.intensity().max_element() * FRAC_1_PI / (near * near),
+                Light::EnvironmentMap(map) => map.brightest(),
                 Light::Directional { irradiance, .. } => irradiance.max_element() * FRAC_1_PI,
             })
             .fold(0.0, f32::max)
     }
 
     /// L_e at `point` in the unit direction `w` away from it: radiance of an area light or environment,
-    /// intensity of a point light, irradiance of a sun. Zero where nothing emits.
+    /// intensity of a point light or a spot, irradiance of a sun. Zero where nothing emits.
     #[inline]
     pub fn le(&self, point: &Point, w: Vec3) -> Rgb {
         let Some(id) = point.light else { return Rgb::ZERO };
-        match *self.get(id) {
+        match self.get(id) {
             Light::Area { radiance, sides, .. } => {
                 let front = point.normal.dot(w);
-                if front > 0.0 || (front < 0.0 && sides == EmissionSides::Both) { radiance } else { Rgb::ZERO }
+                if front > 0.0 || (front < 0.0 && *sides == EmissionSides::Both) { *radiance } else { Rgb::ZERO }
             }
-            Light::Point { intensity, .. } => intensity,
-            Light::Directional { irradiance, .. } => irradiance,
-            Light::Environment { radiance } => radiance,
+            Light::Point { intensity, .. } => *intensity,
+            Light::Spot(spot) => spot.intensity_towards(w),
+            Light::Directional { irradiance, .. } => *irradiance,
+            Light::Environment { radiance } => *radiance,
+            Light::EnvironmentMap(map) => map.radiance(point.position),
         }
     }
 
-    /// Whether a ray can meet the light at all; points and suns are met with probability zero, and never seen.
+    /// Whether a ray can meet the light at all; points, spots and suns are met with probability zero, and never seen.
     #[inline]
     pub fn is_hittable(&self, id: LightId) -> bool {
-        matches!(self.get(id), Light::Area { .. } | Light::Environment { .. })
+        matches!(self.get(id).kind(), Kind::Surface | Kind::Environment)
     }
 
     /// The point at infinity that a ray in the unit direction `w` reaches, if there is an environment.
@@ -193,7 +219,7 @@ impl Lights {
     }
 
     /// Samples p_n for a next-event estimate at `from`, with its density [`Lights::pdf_next_event`].
-    /// `None` if there is no light. `u.z` chooses the light.
+    /// `None` if there is no light, or none where `u` leads. `u.z` chooses the light.
     #[inline]
     pub fn sample_next_event(
         &self,
@@ -202,9 +228,10 @@ impl Lights {
         from: &Point,
         u: Vec3,
     ) -> Option<(Point, PdfArea)> {
-        let (id, _) = self.choose(u.z)?;
+        let id = self.choose(u.z)?;
         let point = self.sample_position(geometry, materials, id, u.truncate());
-        Some((point, self.pdf_next_event(&point, from)))
+        let pdf = self.pdf_next_event(&point, from);
+        (pdf > PdfArea::ZERO).then_some((point, pdf))
     }
 
     /// The density of [`Lights::sample_next_event`] for the light point `point`, given p_{n-1} = `from`.
@@ -218,11 +245,12 @@ impl Lights {
     #[inline]
     pub fn pdf_position(&self, point: &Point) -> PdfArea {
         let Some(id) = point.light else { return PdfArea::ZERO };
-        let choice = self.by_power.probability(id.0 as usize);
+        let choice = self.choice.probability(id.0 as usize);
         PdfArea(match self.get(id) {
             Light::Area { area, .. } => choice / area,
-            Light::Point { .. } | Light::Directional { .. } => choice,
+            Light::Point { .. } | Light::Spot(_) | Light::Directional { .. } => choice,
             Light::Environment { .. } => choice * (0.25 * FRAC_1_PI),
+            Light::EnvironmentMap(map) => choice * map.pdf(point.position).0,
         })
     }
 
@@ -239,14 +267,15 @@ impl Lights {
                 }
             }
             Light::Point { .. } => PdfSolidAngle(0.25 * FRAC_1_PI),
-            Light::Directional { .. } | Light::Environment { .. } => {
+            Light::Spot(spot) => spot.pdf(w),
+            Light::Directional { .. } | Light::Environment { .. } | Light::EnvironmentMap(_) => {
                 PdfSolidAngle(FRAC_1_PI / (self.radius * self.radius))
             }
         }
     }
 
-    /// Samples the start of a light subpath: the light by power (`choose`), the position and then the direction.
-    /// `None` if there is no light.
+    /// Samples the start of a light subpath: the light (`choose`), the position and then the direction.
+    /// `None` if there is no light, or none where the numbers lead.
     #[inline]
     pub fn sample_emission(
         &self,
@@ -256,8 +285,12 @@ impl Lights {
         position: Vec2,
         direction: Vec2,
     ) -> Option<Emission> {
-        let (id, _) = self.choose(choose)?;
+        let id = self.choose(choose)?;
         let point = self.sample_position(geometry, materials, id, position);
+        let pdf_position = self.pdf_position(&point);
+        if pdf_position == PdfArea::ZERO {
+            return None; // rounding brought it just outside of what emits
+        }
         let (direction, origin) = match self.get(id) {
             Light::Area { sides, .. } => {
                 let (side, u) = match sides {
@@ -268,41 +301,55 @@ impl Lights {
                 (Frame::around(side * point.normal).to_world(warp::cosine_hemisphere(u)), None)
             }
             Light::Point { .. } => (warp::sphere(direction), None),
-            Light::Directional { .. } | Light::Environment { .. } => {
+            Light::Spot(spot) => (spot.sample(direction), None),
+            Light::Directional { .. } | Light::Environment { .. } | Light::EnvironmentMap(_) => {
                 let offset = Frame::around(point.position).to_world(warp::disk(direction).extend(1.0));
                 (-point.position, Some(self.center + self.radius * offset))
             }
         };
         let pdf_direction = self.pdf_direction(&point, direction);
-        Some(Emission { point, pdf_position: self.pdf_position(&point), direction, pdf_direction, origin })
+        Some(Emission { point, pdf_position, direction, pdf_direction, origin })
     }
 
     #[inline]
-    fn choose(&self, u: f32) -> Option<(LightId, f32)> {
-        if self.is_empty() {
-            return None;
-        }
-        let (i, p) = self.by_power.sample(u);
-        Some((LightId(i as u32), p))
+    fn choose(&self, u: f32) -> Option<LightId> {
+        (!self.is_empty()).then(|| LightId(self.choice.sample(u).0 as u32))
     }
 
     #[inline]
     fn sample_position(&self, geometry: &Geometry, materials: &[Material], id: LightId, u: Vec2) -> Point {
-        match *self.get(id) {
+        match self.get(id) {
             Light::Area { primitive, .. } => Point::on_surface(
-                &geometry.sample(primitive, u),
-                primitive,
-                geometry.material(primitive),
+                &geometry.sample(*primitive, u),
+                *primitive,
+                geometry.material(*primitive),
                 materials,
                 Some(id),
             ),
-            Light::Point { position, .. } => {
-                Point { place: Place::Degenerate, light: Some(id), ..Point::nowhere(position) }
-            }
-            Light::Directional { towards, .. } => at_infinity(towards, id),
+            Light::Point { position, .. } => without_extent(*position, id),
+            Light::Spot(spot) => without_extent(spot.position(), id),
+            Light::Directional { towards, .. } => at_infinity(*towards, id),
             Light::Environment { .. } => at_infinity(warp::sphere(u), id),
+            Light::EnvironmentMap(map) => at_infinity(map.sample(u), id),
         }
     }
+}
+
+impl Light {
+    #[inline]
+    fn kind(&self) -> Kind {
+        match self {
+            Self::Area { .. } => Kind::Surface,
+            Self::Point { .. } | Self::Spot(_) => Kind::Lamp,
+            Self::Directional { .. } => Kind::Sun,
+            Self::Environment { .. } | Self::EnvironmentMap(_) => Kind::Environment,
+        }
+    }
+}
+
+/// The point of the light `id` that has a place and nothing else.
+fn without_extent(position: Vec3, id: LightId) -> Point {
+    Point { place: Place::Degenerate, light: Some(id), ..Point::nowhere(position) }
 }
 
 /// The infinite point of the light `id` in the unit direction `w`.

@@ -1,0 +1,81 @@
+//! The choice among lights.
+
+use crate::sampling::Discrete;
+
+/// What kind of light it is, as far as the choice is concerned.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Kind {
+    /// Emitting surfaces.
+    Surface,
+    /// Points and spots.
+    Lamp,
+    /// Parallel light.
+    Sun,
+    /// What lies around the scene.
+    Environment,
+}
+
+/// The part of the choice that goes by power among all lights alike.
+const BY_POWER: f64 = 0.5;
+/// The part in which all lights that emit are alike.
+const UNIFORM: f64 = 1.0 / 64.0;
+
+/// The distribution over lights with these kinds and powers, for emission and for next-event estimation:
+///
+/// P_i = ½ Φ_i/Φ + (½ − 1/64) Φ_i/(K Φ_kind) + 1/(64 N), and zero where Φ_i is.
+///
+/// Power is the right measure among lights of one kind: a thousand emissive triangles count as the lamp that they make up.
+/// Between kinds it may mislead, since that of a sun or an environment grows with the scene's extent, whatever of it
+/// arrives where the camera looks. So half of the choice gives each of the K kinds present the same part: no kind
+/// gets less than nearly 1/(2K), and none needs more than twice the samples that its power alone would have given it. The
+/// uniform part keeps every probability well above the resolution of a random number.
+pub(super) fn by_kind_and_power(lights: &[(Kind, f64)]) -> Discrete {
+    let power_of =
+        |wanted: Kind| lights.iter().filter(|(kind, _)| *kind == wanted).map(|(_, power)| power).sum::<f64>();
+    let of_kinds = [Kind::Surface, Kind::Lamp, Kind::Sun, Kind::Environment].map(power_of);
+    let total: f64 = of_kinds.iter().sum();
+    let kinds = of_kinds.iter().filter(|power| **power > 0.0).count() as f64;
+    let emitting = lights.iter().filter(|(_, power)| *power > 0.0).count() as f64;
+    let weight = |&(kind, power): &(Kind, f64)| {
+        if power <= 0.0 {
+            return 0.0;
+        }
+        let by_kind = power / (kinds * of_kinds[kind as usize]);
+        (BY_POWER * power / total + (1.0 - BY_POWER - UNIFORM) * by_kind + UNIFORM / emitting) as f32
+    };
+    Discrete::new(&lights.iter().map(weight).collect::<Vec<_>>())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn no_kind_starves_and_no_crowd_crowds_out() {
+        // A sun and a sky over a kilometre of land, one lamp, and a window cut into ten thousand triangles.
+        let mut lights = vec![(Kind::Sun, 1e9), (Kind::Environment, 1e8), (Kind::Lamp, 10.0), (Kind::Lamp, 0.0)];
+        lights.extend([(Kind::Surface, 1e-3); 10_000]);
+        let choice = by_kind_and_power(&lights);
+        let p = |i| choice.probability(i);
+        assert!(p(0) > 0.55 && p(1) > 0.15 && p(2) > 0.12, "{} {} {}", p(0), p(1), p(2));
+        assert_eq!(p(3), 0.0);
+        let window: f32 = (4..lights.len()).map(p).sum();
+        assert!((0.12..0.15).contains(&window), "{window}");
+        let sum: f32 = (0..4).map(p).sum::<f32>() + window;
+        assert!((sum - 1.0).abs() < 1e-5, "{sum}");
+    }
+
+    #[test]
+    fn one_kind_goes_by_power() {
+        let choice = by_kind_and_power(&[(Kind::Surface, 1.0), (Kind::Surface, 3.0)]);
+        let expected = 63.0 / 64.0 * 0.25 + 1.0 / 128.0;
+        assert!((choice.probability(0) - expected).abs() < 1e-6, "{}", choice.probability(0));
+        assert!(by_kind_and_power(&[(Kind::Lamp, 0.0)]).is_empty() && by_kind_and_power(&[]).is_empty());
+    }
+
+    #[test]
+    fn a_light_of_next_to_no_power_keeps_a_probability() {
+        let choice = by_kind_and_power(&[(Kind::Lamp, 1e30), (Kind::Lamp, 1e-30)]);
+        assert!(choice.probability(1) > 0.007);
+    }
+}

@@ -1,0 +1,247 @@
+//! Environment maps: radiance from infinitely far away, by direction, and its importance sampling.
+
+use std::f32::consts::{FRAC_1_PI, FRAC_PI_2, TAU};
+
+use glam::{Vec2, Vec3};
+
+use crate::{
+    math::{Rgb, luminance},
+    sampling::PdfSolidAngle,
+};
+
+/// An equirectangular map of radiance.
+///
+/// # Convention
+/// As in Blender and three.js after their glTF import: +y is up, the first row is around +y, the middle of the map shows
+/// what lies towards +x, and to its right comes +z: with u rightwards and v downwards in [0, 1], u = ½ + atan2(z, x)/2π and
+/// v = acos(y)/π. So −z, the direction in which a glTF camera looks, is at u = ¼, and nothing is mirrored. A rotation turns the map about
+/// +y by the right-hand rule: with 90°, what was towards +z comes from +x.
+///
+/// # Interpolation
+/// Between the texels' centres radiance is bilinear in longitude and in *cos θ* (θ from +y), across the seam as elsewhere, and
+/// constant above the first row of centres and below the last. In these coordinates solid angle is uniform, so directions
+/// can be sampled *exactly* in proportion to the interpolated luminance Y: p(ω) = Y(L(ω)) / ∫Y(L) dω, positive exactly where the
+/// radiance is, and bounded at the poles as well. L/p is then constant for a grey map.
+#[derive(Clone, Debug)]
+pub struct EnvironmentMap {
+    width: usize,
+    height: usize,
+    /// Row by row from the top.
+    texels: Vec<Rgb>,
+    /// 1 − cos θ at the centres of the rows.
+    from_pole: Vec<f32>,
+    /// (cos, sin) of the rotation about +y.
+    rotation: Vec2,
+    /// Cumulative probabilities of the bands: above the first row of centres, between rows, below the last.
+    bands: Vec<f32>,
+    /// For each band the cumulative probabilities of its cells, from each column's centre to that of the next.
+    cells: Vec<f32>,
+    /// ∫ Y(L) dω.
+    integral: f32,
+    /// 1/∫ Y(L) dω, or zero if the map is black.
+    inverse_integral: f32,
+    brightest: f32,
+}
+
+/// A texel that is not a radiance: a channel is negative, infinite, undefined or above 10³⁰.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct NotARadiance {
+    /// Its column, from 0 at the left.
+    pub x: usize,
+    /// Its row, from 0 at the top.
+    pub y: usize,
+    /// What stands there.
+    pub value: Rgb,
+}
+
+/// Texels that are darker than the brightest by more than this factor are black: the film could not hold their light.
+const FAINTEST: f32 = 1.0 / (1_u128 << 64) as f32;
+/// Integrals of brighter texels would come near the end of what f32 can represent.
+const BRIGHTEST: f32 = 1e30;
+
+/// Where a direction falls: between two rows and two columns of centres.
+struct Cell {
+    rows: [usize; 2],
+    columns: [usize; 2],
+    /// How far from the first column to the second.
+    right: f32,
+    /// How far from the first row, the one nearer its pole, to the second.
+    down: f32,
+}
+
+impl EnvironmentMap {
+    /// A map of `width` columns, from its `texels` row by row from the top, turned by `rotation` radians about +y.
+    ///
+    /// # Errors
+    /// The first texel with a channel outside of 0 … 10³⁰.
+    ///
+    /// # Panics
+    /// Without a texel, or if the last row is not full.
+    pub fn new(width: usize, mut texels: Vec<Rgb>, rotation: f32) -> Result<Self, NotARadiance> {
+        assert!(!texels.is_empty() && texels.len().is_multiple_of(width), "a map of {width} × {} texels", texels.len());
+        let height = texels.len() / width;
+        if let Some(i) = texels.iter().position(|t| !t.to_array().iter().all(|c| (0.0..=BRIGHTEST).contains(c))) {
+            return Err(NotARadiance { x: i % width, y: i / width, value: texels[i] });
+        }
+        let brightest = texels.iter().map(|t| t.max_element()).fold(0.0, f32::max);
+        let faint = brightest * FAINTEST;
+        texels.iter_mut().filter(|t| t.max_element() < faint).for_each(|t| *t = Rgb::ZERO);
+
+        let angle = |row: usize| std::f64::consts::PI * (row as f64 + 0.5) / height as f64;
+        let from_pole: Vec<_> = (0..height).map(|row| 2.0 * (0.5 * angle(row)).sin().powi(2)).collect();
+        let (sin, cos) = f64::from(rotation).sin_cos();
+        let mut map = Self {
+            width,
+            height,
+            texels,
+            from_pole: from_pole.iter().map(|h| *h as f32).collect(),
+            rotation: Vec2::new(cos as f32, sin as f32),
+            bands: Vec::with_capacity(height + 1),
+            cells: Vec::with_capacity((height + 1) * width),
+            integral: 0.0,
+            inverse_integral: 0.0,
+            brightest,
+        };
+        map.integrate(&from_pole);
+        Ok(map)
+    }
+
+    /// Fills in the integral and the distributions over cells and bands.
+    fn integrate(&mut self, from_pole: &[f64]) {
+        let mut integral = 0.0;
+        let mut band_integrals = Vec::with_capacity(self.height + 1);
+        let mut sums = Vec::with_capacity(self.width);
+        for band in 0..=self.height {
+            let [upper, lower] = self.rows_of(band);
+            // The mean of a bilinear function is that of its corners; first sums of pairs of rows, then of neighbours.
+            let column = |i: usize| f64::from(self.luminance(upper, i)) + f64::from(self.luminance(lower, i));
+            let mut sum = 0.0;
+            sums.clear();
+            for i in 0..self.width {
+                sum += 0.25 * (column(i) + column((i + 1) % self.width));
+                sums.push(sum);
+            }
+            self.cells.extend(sums.iter().map(|part| (part / sum) as f32));
+            let top = if band == 0 { 0.0 } else { from_pole[band - 1] };
+            let bottom = if band == self.height { 2.0 } else { from_pole[band] };
+            integral += sum * (bottom - top) * std::f64::consts::TAU / self.width as f64;
+            band_integrals.push(integral);
+        }
+        self.bands.extend(band_integrals.iter().map(|sum| (sum / integral) as f32));
+        self.integral = integral as f32;
+        self.inverse_integral = if integral > 0.0 { integral.recip() as f32 } else { 0.0 };
+    }
+
+    /// L from the unit direction `w` towards the map.
+    #[inline]
+    pub fn radiance(&self, w: Vec3) -> Rgb {
+        let Cell { rows: [near, far], columns: [i, j], right, down } = self.cell(self.to_map(w));
+        let texel = |row: usize, column: usize| self.texels[row * self.width + column];
+        let first = texel(near, i) * (1.0 - right) + texel(near, j) * right;
+        let second = texel(far, i) * (1.0 - right) + texel(far, j) * right;
+        first * (1.0 - down) + second * down
+    }
+
+    /// The density of [`EnvironmentMap::sample`]: Y(L(ω)) / ∫Y(L) dω.
+    #[inline]
+    pub fn pdf(&self, w: Vec3) -> PdfSolidAngle {
+        PdfSolidAngle(luminance(self.radiance(w)) * self.inverse_integral)
+    }
+
+    /// A unit direction towards the map, in proportion to luminance: a band, a cell of it, and a place in the cell from what
+    /// the choices leave of `u`.
+    #[inline]
+    pub fn sample(&self, u: Vec2) -> Vec3 {
+        let (band, v) = choose(&self.bands, u.y);
+        let (column, h) = choose(&self.cells[band * self.width..][..self.width], u.x);
+        let next = if column + 1 == self.width { 0 } else { column + 1 };
+        let [upper, lower] = self.rows_of(band);
+        let corner = |row, column| self.luminance(row, column);
+        let (a, b, c, d) = (corner(upper, column), corner(upper, next), corner(lower, column), corner(lower, next));
+        let down = linear(v, a + b, c + d);
+        let right = linear(h, a + (c - a) * down, b + (d - b) * down);
+
+        // 1 − |cos θ|, from the nearer pole: there is no other way to tell directions close to it apart.
+        let north = 2 * band <= self.height;
+        let (band, down) = if north { (band, down) } else { (self.height - band, 1.0 - down) };
+        let near = if band == 0 { 0.0 } else { self.from_pole[band - 1] };
+        let below_one = near + (self.from_pole[band] - near) * down;
+        let sin = (below_one * (2.0 - below_one)).max(0.0).sqrt();
+        let cos = if north { 1.0 - below_one } else { below_one - 1.0 };
+        let longitude = TAU * ((column as f32 + 0.5 + right) / self.width as f32 - 0.5);
+        let (z, x) = longitude.sin_cos();
+        self.to_world(Vec3::new(sin * x, cos, sin * z))
+    }
+
+    /// ∫ Y(L) dω: the power per m² of a disk that faces all of it in turn, W/m² or lux.
+    pub fn integral(&self) -> f32 {
+        self.integral
+    }
+
+    /// The largest channel of all texels.
+    pub fn brightest(&self) -> f32 {
+        self.brightest
+    }
+
+    #[inline]
+    fn luminance(&self, row: usize, column: usize) -> f32 {
+        luminance(self.texels[row * self.width + column])
+    }
+
+    /// The rows of centres above and below a band; outside of them there is but one.
+    #[inline]
+    fn rows_of(&self, band: usize) -> [usize; 2] {
+        [band.saturating_sub(1), band.min(self.height - 1)]
+    }
+
+    #[inline]
+    fn cell(&self, w: Vec3) -> Cell {
+        let sin2 = w.x * w.x + w.z * w.z;
+        let theta = sin2.sqrt().atan2(w.y.abs()).min(FRAC_PI_2);
+        let place = theta * FRAC_1_PI * self.height as f32 - 0.5;
+        let (rows, down) = if place < 0.0 {
+            ([0, 0], 0.0)
+        } else {
+            let near = place as usize;
+            let far = (near + 1).min(self.height - 1);
+            let (a, b) = (self.from_pole[near], self.from_pole[far]);
+            let below_one = sin2 / (1.0 + w.y.abs());
+            ([near, far], if far > near { ((below_one - a) / (b - a)).clamp(0.0, 1.0) } else { 0.0 })
+        };
+        let rows = if w.y >= 0.0 { rows } else { rows.map(|row| self.height - 1 - row) };
+        let place = (w.z.atan2(w.x) * (FRAC_1_PI * 0.5) + 0.5) * self.width as f32 - 0.5;
+        let left = place.floor();
+        let i = if left < 0.0 { self.width - 1 } else { (left as usize).min(self.width - 1) };
+        let j = if i + 1 == self.width { 0 } else { i + 1 };
+        Cell { rows, columns: [i, j], right: place - left, down }
+    }
+
+    #[inline]
+    fn to_map(&self, w: Vec3) -> Vec3 {
+        let Vec2 { x: cos, y: sin } = self.rotation;
+        Vec3::new(cos * w.x - sin * w.z, w.y, sin * w.x + cos * w.z)
+    }
+
+    #[inline]
+    fn to_world(&self, w: Vec3) -> Vec3 {
+        let Vec2 { x: cos, y: sin } = self.rotation;
+        Vec3::new(cos * w.x + sin * w.z, w.y, cos * w.z - sin * w.x)
+    }
+}
+
+/// The index that `u` selects by cumulative probabilities, and what is left of `u`, again in [0, 1).
+#[inline]
+fn choose(cumulative: &[f32], u: f32) -> (usize, f32) {
+    let i = cumulative.partition_point(|c| *c <= u).min(cumulative.len() - 1);
+    let before = if i == 0 { 0.0 } else { cumulative[i - 1] };
+    (i, ((u - before) / (cumulative[i] - before)).clamp(0.0, 1.0 - f32::EPSILON))
+}
+
+/// A number in [0, 1] with a density that is linear from `a` at 0 to `b` at 1 (up to their common scale).
+#[inline]
+fn linear(u: f32, a: f32, b: f32) -> f32 {
+    let sum = a + b;
+    let (a, b) = (a / sum, b / sum);
+    // The inverse of a x + (b − a) x²/2, over (a + b)/2 = ½.
+    u / (a + (a * a + (b - a) * u).max(f32::MIN_POSITIVE).sqrt())
+}

@@ -1,0 +1,268 @@
+//! Spots and environment maps: their densities against counts, integrals and closed forms.
+
+use std::f64::consts::{FRAC_PI_2, PI, TAU};
+
+use glam::{DVec2, Vec2, Vec3};
+use proptest::{prelude::prop_assert, proptest};
+use statrs::distribution::{ChiSquared, ContinuousCDF};
+
+use super::{EnvironmentMap, Spot};
+use crate::{
+    math::{Frame, Rgb, luminance},
+    sampling::{Independent, PdfSolidAngle, Sampler, Stream},
+};
+
+/// Bins of the sphere of equal solid angle: rows even in cos θ and columns even in longitude, both about `axis`, with rows
+/// from cos θ = 1 down to `lowest`.
+struct Bins {
+    frame: Frame,
+    lowest: f64,
+    side: usize,
+}
+
+impl Bins {
+    fn around(axis: Vec3, lowest: f64) -> Self {
+        Self { frame: Frame::around(axis), lowest, side: 12 }
+    }
+
+    fn of(&self, w: Vec3) -> usize {
+        let local = self.frame.to_local(w);
+        let down = (1.0 - f64::from(local.z)) / (1.0 - self.lowest);
+        let right = f64::from(local.y).atan2(f64::from(local.x)) / TAU + 0.5;
+        let index = |x: f64| ((x * self.side as f64) as usize).min(self.side - 1);
+        index(down) * self.side + index(right)
+    }
+
+    /// ∫p dω over each bin, by the midpoint rule with `fine`² places in it.
+    fn integrals(&self, fine: usize, p: impl Fn(Vec3) -> PdfSolidAngle) -> Vec<f64> {
+        let n = self.side * fine;
+        let solid_angle = TAU * (1.0 - self.lowest) / (n * n) as f64;
+        let mut sums = vec![0.0; self.side * self.side];
+        for (i, j) in (0..n).flat_map(|i| (0..n).map(move |j| (i, j))) {
+            let place = DVec2::new(j as f64 + 0.5, i as f64 + 0.5) / n as f64;
+            let cos = 1.0 - place.y * (1.0 - self.lowest);
+            let (y, x) = (TAU * (place.x - 0.5)).sin_cos();
+            let sin = (1.0 - cos * cos).sqrt();
+            let w = self.frame.to_world(Vec3::new((sin * x) as f32, (sin * y) as f32, cos as f32));
+            sums[i / fine * self.side + j / fine] += f64::from(p(w).0) * solid_angle;
+        }
+        sums
+    }
+
+    /// The p-value of `n` samples against their density, which must integrate to 1.
+    fn p_value(&self, fine: usize, n: usize, sample: impl Fn(Vec2) -> Vec3, p: impl Fn(Vec3) -> PdfSolidAngle) -> f64 {
+        let expected = self.integrals(fine, &p);
+        let total: f64 = expected.iter().sum();
+        assert!((total - 1.0).abs() < 2e-3, "∫p dω = {total}");
+        let mut random = Independent::new(5, 0, 0, Stream::Light);
+        let mut observed = vec![0.0; expected.len()];
+        for _ in 0..n {
+            let w = sample(random.next_2d());
+            assert!((w.length() - 1.0).abs() < 1e-5 && p(w).0 > 0.0, "{w}: {:?}", p(w));
+            observed[self.of(w)] += 1.0;
+        }
+        // Bins in which too few are expected count together.
+        let (mut chi2, mut freedom, mut rest) = (0.0, -1.0, (0.0, 0.0));
+        let mut add = |observed: f64, expected: f64| {
+            chi2 += (observed - expected).powi(2) / expected;
+            freedom += 1.0;
+        };
+        for (observed, share) in observed.into_iter().zip(expected) {
+            let expected = n as f64 * share;
+            if expected < 10.0 {
+                rest = (rest.0 + observed, rest.1 + expected);
+            } else {
+                add(observed, expected);
+            }
+        }
+        if rest.1 > 5.0 {
+            add(rest.0, rest.1);
+        } else {
+            assert!(rest.0 < 25.0, "{rest:?}: samples where there should be none");
+        }
+        1.0 - ChiSquared::new(freedom).unwrap().cdf(chi2)
+    }
+}
+
+const CONES: [(f64, f64); 6] =
+    [(0.0, PI / 4.0), (0.3, 0.8), (0.5, 0.5), (0.0, FRAC_PI_2), (1.2, FRAC_PI_2), (0.01, 0.03)];
+
+fn spot((inner, outer): (f64, f64)) -> Spot {
+    let axis = Vec3::new(0.48, -0.6, 0.64);
+    Spot::new(Vec3::ZERO, axis, Rgb::new(1.0, 2.0, 3.0), inner as f32, outer as f32)
+}
+
+/// The extension's formula as it stands there, in f64.
+fn specified((inner, outer): (f64, f64), cd: f64) -> f64 {
+    let scale = 1.0 / f64::max(0.001, inner.cos() - outer.cos());
+    let offset = -outer.cos() * scale;
+    (cd * scale + offset).clamp(0.0, 1.0).powi(2)
+}
+
+#[test]
+fn a_spot_falls_off_as_specified() {
+    for cone in CONES {
+        let spot = spot(cone);
+        let frame = Frame::around(Vec3::new(0.48, -0.6, 0.64));
+        for i in 0..200 {
+            let theta = 1.2 * cone.1 * (f64::from(i) + 0.3) / 200.0;
+            let w = frame.to_world(Vec3::new(theta.sin() as f32, 0.0, theta.cos() as f32));
+            let expected = specified(cone, theta.cos());
+            let found = spot.intensity_towards(w);
+            assert!((f64::from(found.x) - expected).abs() < 1e-3, "{cone:?} at {theta}: {found} for {expected}");
+            assert!((found - found.x * Rgb::new(1.0, 2.0, 3.0)).length() < 1e-6);
+            assert_eq!(spot.pdf(w).0 > 0.0, found.x > 0.0, "{cone:?} at {theta}");
+        }
+    }
+}
+
+#[test]
+fn a_spots_power_is_its_integral() {
+    for cone in CONES {
+        let n = 200_000;
+        let step = (1.0 - cone.1.cos()) / f64::from(n);
+        let integral: f64 = (0..n).map(|i| specified(cone, 1.0 - (f64::from(i) + 0.5) * step) * step * TAU).sum();
+        let found = f64::from(spot(cone).solid_angle());
+        assert!((found / integral - 1.0).abs() < 1e-5, "{cone:?}: {found} for {integral}");
+    }
+}
+
+#[test]
+fn a_spots_samples_follow_its_intensity() {
+    for cone in CONES {
+        let spot = spot(cone);
+        let bins = Bins::around(Vec3::new(0.48, -0.6, 0.64), cone.1.cos());
+        let p = bins.p_value(24, 200_000, |u| spot.sample(u), |w| spot.pdf(w));
+        assert!(p > 1e-4, "{cone:?}: p = {p:.2e}");
+    }
+}
+
+/// A map with detail at every texel: black ones, tinted ones and a sun.
+fn rugged(width: usize, height: usize, rotation: f32) -> EnvironmentMap {
+    let mut random = Independent::new(9, 0, 0, Stream::Camera);
+    let mut texels: Vec<_> = (0..width * height)
+        .map(|_| {
+            let [a, b, c] = random.next_3d().to_array();
+            if a < 0.3 { Rgb::ZERO } else { Rgb::new(a, b * b, c.powi(4)) }
+        })
+        .collect();
+    texels[width * height / 3] = Rgb::new(90.0, 80.0, 60.0);
+    EnvironmentMap::new(width, texels, rotation).unwrap()
+}
+
+const SIZES: [(usize, usize); 8] = [(16, 8), (15, 7), (1, 1), (2, 1), (1, 2), (5, 2), (3, 40), (40, 3)];
+
+#[test]
+fn a_maps_samples_follow_its_luminance() {
+    for (width, height) in SIZES {
+        let map = rugged(width, height, 0.7);
+        let p = Bins::around(Vec3::Y, -1.0).p_value(48, 200_000, |u| map.sample(u), |w| map.pdf(w));
+        assert!(p > 1e-4, "{width} × {height}: p = {p:.2e}");
+    }
+}
+
+#[test]
+fn a_map_is_sampled_without_variance_where_it_is_grey() {
+    let mut random = Independent::new(3, 0, 0, Stream::Light);
+    for (width, height) in SIZES.into_iter().chain([(512, 256)]) {
+        let map = rugged(width, height, -1.0);
+        for _ in 0..2000 {
+            let w = map.sample(random.next_2d());
+            let estimate = luminance(map.radiance(w)) / map.pdf(w).0;
+            assert!((estimate / map.integral() - 1.0).abs() < 1e-5, "{width} × {height} at {w}: {estimate}");
+        }
+    }
+}
+
+#[test]
+fn a_constant_map_is_the_constant_environment() {
+    let radiance = Rgb::new(0.5, 0.25, 1.0);
+    for (width, height) in SIZES {
+        let map = EnvironmentMap::new(width, vec![radiance; width * height], 0.3).unwrap();
+        assert!((f64::from(map.integral()) / (4.0 * PI * f64::from(luminance(radiance))) - 1.0).abs() < 1e-6);
+        let mut random = Independent::new(2, 0, 0, Stream::Light);
+        for w in (0..500).map(|_| crate::sampling::warp::sphere(random.next_2d())).chain([Vec3::Y, Vec3::NEG_Y]) {
+            assert!((map.radiance(w) - radiance).length() < 1e-6);
+            assert!((f64::from(map.pdf(w).0) * 4.0 * PI - 1.0).abs() < 1e-5, "{w}: {:?}", map.pdf(w));
+        }
+    }
+}
+
+/// A map of 8 × 4 texels whose texel at (x, y) alone is lit.
+fn one(x: usize, y: usize, rotation: f32) -> EnvironmentMap {
+    let mut texels = vec![Rgb::ZERO; 32];
+    texels[y * 8 + x] = Rgb::ONE;
+    EnvironmentMap::new(8, texels, rotation).unwrap()
+}
+
+/// The direction of the place (u, v) of an unrotated map, by the formulas of its convention.
+fn direction(u: f64, v: f64) -> Vec3 {
+    let (phi, theta) = (TAU * (u - 0.5), PI * v);
+    Vec3::new((theta.sin() * phi.cos()) as f32, theta.cos() as f32, (theta.sin() * phi.sin()) as f32)
+}
+
+#[test]
+fn directions_are_where_the_convention_says() {
+    // The middle of the map is towards +x, its quarter towards −z, its top towards +y.
+    assert!((direction(0.5, 0.5) - Vec3::X).length() < 1e-6);
+    assert!((direction(0.25, 0.5) - Vec3::NEG_Z).length() < 1e-6);
+    assert!((direction(0.75, 0.5) - Vec3::Z).length() < 1e-6);
+    for (x, y) in [(0, 0), (3, 1), (4, 2), (7, 3)] {
+        let centre = direction((x as f64 + 0.5) / 8.0, (y as f64 + 0.5) / 4.0);
+        assert!((one(x, y, 0.0).radiance(centre) - Rgb::ONE).length() < 1e-5);
+        // Turned by 90° about +y, what was towards +z comes from +x.
+        let turned = Vec3::new(centre.z, centre.y, -centre.x);
+        assert!((one(x, y, std::f32::consts::FRAC_PI_2).radiance(turned) - Rgb::ONE).length() < 1e-5);
+    }
+}
+
+#[test]
+fn the_seam_and_the_poles_are_continuous() {
+    let map = rugged(16, 8, 0.0);
+    let close = |a: Vec3, b: Vec3| {
+        let (x, y) = (map.radiance(a), map.radiance(b));
+        // Next to the sun it is steep: 90 within a sixteenth of the map.
+        assert!((x - y).length() < 1e-2, "{a} {x}, {b} {y}");
+    };
+    let e = 1e-6;
+    for i in 0..64 {
+        let t = (f64::from(i) + 0.4) / 64.0;
+        close(direction(e, t), direction(1.0 - e, t));
+        // Every texel's border, and every line of centres.
+        close(direction((f64::from(i % 32)) / 32.0 - e, t), direction((f64::from(i % 32)) / 32.0 + e, t));
+        close(direction(t, (f64::from(i % 15) + 1.0) / 16.0 - e), direction(t, (f64::from(i % 15) + 1.0) / 16.0 + e));
+    }
+    // The seam's texels are each other's neighbours: half way between them is half of either.
+    assert!((one(0, 1, 0.0).radiance(direction(0.0, 0.375)) - Rgb::splat(0.5)).length() < 1e-5);
+    assert!((one(7, 1, 0.0).radiance(direction(1.0, 0.375)) - Rgb::splat(0.5)).length() < 1e-5);
+    for pole in [Vec3::Y, Vec3::NEG_Y] {
+        assert!(map.radiance(pole).is_finite() && map.pdf(pole).0.is_finite());
+    }
+}
+
+#[test]
+fn texels_that_are_no_radiance_are_refused_with_their_place() {
+    for bad in [f32::NAN, f32::INFINITY, -1.0, 1e31] {
+        let mut texels = vec![Rgb::ONE; 12];
+        texels[7].y = bad;
+        let error = EnvironmentMap::new(4, texels, 0.0).unwrap_err();
+        assert_eq!((error.x, error.y), (3, 1));
+    }
+    let black = EnvironmentMap::new(4, vec![Rgb::ZERO; 12], 0.0).unwrap();
+    assert_eq!((black.integral(), black.pdf(Vec3::X)), (0.0, PdfSolidAngle::ZERO));
+}
+
+proptest! {
+    #[test]
+    fn density_and_radiance_of_any_direction_are_in_proportion(
+        x in -1.0_f32..1.0, y in -1.0_f32..1.0, z in -1.0_f32..1.0, tilt in 0.0_f32..1e-4, rotation in -7.0_f32..7.0,
+    ) {
+        let map = rugged(31, 16, rotation);
+        for w in [Vec3::new(x, y, z), Vec3::new(tilt * x, 1.0, tilt * z), Vec3::new(tilt * x, -1.0, tilt * z)] {
+            let Some(w) = w.try_normalize() else { continue };
+            let (radiance, p) = (map.radiance(w), map.pdf(w).0);
+            prop_assert!(radiance.is_finite() && radiance.min_element() >= 0.0 && p.is_finite());
+            prop_assert!((radiance == Rgb::ZERO) == (p == 0.0));
+        }
+    }
+}
