@@ -12,10 +12,7 @@ use pathspace::{
     integrator::IntegratorKind,
     io,
     render::{Renderer, Settings},
-    scene::{
-        Scene,
-        camera::{Camera, Sensor},
-    },
+    scene::{Scene, camera::Sensor},
 };
 
 const ROUNDS: usize = 5;
@@ -25,7 +22,7 @@ fn load(name: &str) -> Scene {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes").join(name).with_extension("glb");
     let loaded = io::load(&path).unwrap_or_else(|e| panic!("{e}"));
     let c = loaded.cameras[0].clone();
-    loaded.into_scene(Camera::look_at(c.position, c.position + c.forward, c.up, c.yfov, SENSOR), None)
+    loaded.into_scene(c.to_camera(SENSOR), None)
 }
 
 fn median(mut values: Vec<f64>) -> f64 {

@@ -157,6 +157,7 @@ impl<'a> Renderer<'a> {
             camera: &mut camera,
             light: &mut sampler(Stream::Light),
             connection: &mut sampler(Stream::Connection),
+            lens: &mut sampler(Stream::Lens),
         };
         self.integrator.estimate(self.scene, unit, scratch, &mut samplers, sink);
         u64::from(unit.camera.is_some())

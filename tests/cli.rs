@@ -133,6 +133,8 @@ fn wrong_usage_is_refused() {
         (&["--unweighted"], "--only-strategy"),
         (&["--look-at", "0,0,0,0,0,0"], "look at"),
         (&["--look-at", "0,0,1,0,0,0", "--camera", "0"], "--camera"),
+        (&["--aperture", "-1", "--focus", "2"], "--aperture"),
+        (&["--aperture", "0.1", "--focus", "0"], "--focus"),
         (&["--memory-limit", "lots"], "4GiB"),
         (&["-q", "-v"], "--verbose"),
         (&["--nonsense"], "--nonsense"),
@@ -211,6 +213,8 @@ fn what_only_the_scene_can_tell_is_refused_before_rendering() {
     let run = Run::new();
     refused(&run.render(&["-q", "--crop", "0,0,17,4"]), 2, "16×12");
     refused(&run.render(&["-q", "--camera", "nobody"]), 2, "nobody");
+    refused(&run.render(&["-q", "--aperture", "0.1"]), 2, "--focus");
+    refused(&run.render(&["-q", "--focus", "2"]), 2, "--aperture");
     let scene = scene();
     let huge = ["render", scene.to_str().unwrap(), "-q", "--width", "32768", "--height", "32768"];
     refused(&run.pathspace(&huge), 2, "--memory-limit");

@@ -101,6 +101,15 @@ pub(super) struct RenderArgs {
     )]
     pub(super) look_at: Option<LookAt>,
 
+    /// Give the camera a thin lens of this diameter in metres, or none with 0 [default: what the file says, else none]
+    #[arg(long, value_name = "METRES", allow_negative_numbers = true, value_parser = values::not_negative)]
+    pub(super) aperture: Option<f32>,
+
+    /// The distance along the viewing axis at which a lens is sharp, in metres [default: what the file says; with --look-at the
+    /// target]
+    #[arg(long, value_name = "METRES", allow_negative_numbers = true, value_parser = values::positive)]
+    pub(super) focus: Option<f32>,
+
     /// Refuse images whose film needs more memory than this
     #[arg(long, value_name = "SIZE", default_value = "4GiB", value_parser = values::bytes)]
     pub(super) memory_limit: Bytes,

@@ -4,11 +4,8 @@ use glam::Vec3;
 
 use super::{args::RenderArgs, exit::Failure, terminal::Terminal, values::LookAt};
 use crate::{
-    io::{Loaded, NamedCamera},
-    scene::{
-        camera::{Camera, Sensor},
-        geometry::Bounds,
-    },
+    io::{Loaded, NamedCamera, ThinLens, View},
+    scene::{camera::Sensor, geometry::Bounds},
 };
 
 /// Width over height where nothing says otherwise.
@@ -17,8 +14,15 @@ const DEFAULT_WIDTH: u32 = 512;
 const DEFAULT_YFOV: f32 = 45.0_f32.to_radians();
 const LARGEST_SIDE: f32 = 32_768.0;
 
-/// The camera that the options ask for, or the file's first, or one that frames the whole scene.
+/// The camera that the options ask for, or the file's first, or one that frames the whole scene; with the lens of the options.
 pub(super) fn choose(args: &RenderArgs, loaded: &Loaded, terminal: Terminal) -> Result<NamedCamera, Failure> {
+    let camera = view(args, loaded, terminal)?;
+    let target = args.look_at.map(|look_at| look_at.eye.distance(look_at.target));
+    let lens = Lens { aperture: args.aperture, focus: args.focus };
+    lens.put_on(camera, target).map_err(Failure::usage)
+}
+
+fn view(args: &RenderArgs, loaded: &Loaded, terminal: Terminal) -> Result<NamedCamera, Failure> {
     if let Some(look_at) = args.look_at {
         return Ok(looking_at(look_at, loaded.cameras.first()));
     }
@@ -51,12 +55,36 @@ pub(super) fn sensor(args: &RenderArgs, camera: &NamedCamera) -> Sensor {
     Sensor { width, height, padding: args.filter.padding() }
 }
 
-/// The camera itself: the vertical field of view is kept, the horizontal one follows from the sensor.
-pub(super) fn build(camera: &NamedCamera, sensor: Sensor) -> Camera {
-    // Far from the origin, a target at unit distance would round to the position itself.
-    let distance = 1.0_f32.max(camera.position.abs().max_element());
-    let target = camera.position + camera.forward * distance;
-    Camera::look_at(camera.position, target, camera.up, camera.yfov, sensor)
+/// What the options say of the lens, in metres.
+struct Lens {
+    aperture: Option<f32>,
+    focus: Option<f32>,
+}
+
+impl Lens {
+    /// `camera` with this lens; what the options leave open is what the file says, and the focus then `target`, a distance.
+    fn put_on(self, camera: NamedCamera, target: Option<f32>) -> Result<NamedCamera, String> {
+        let Self { aperture, focus } = self;
+        if aperture.is_none() && focus.is_none() {
+            return Ok(camera);
+        }
+        let name = &camera.name;
+        let View::Perspective { yfov, lens } = camera.view else {
+            return Err(format!("the camera '{name}' is orthographic and has no lens for --aperture or --focus"));
+        };
+        let aperture = aperture.or(lens.map(|lens| lens.aperture)).ok_or_else(|| {
+            format!(
+                "the camera '{name}' is a pinhole, and --focus needs a lens: give its diameter with --aperture METRES"
+            )
+        })?;
+        let focus = focus.or(lens.map(|lens| lens.focus)).or(target);
+        let lens = match focus {
+            _ if aperture == 0.0 => None,
+            Some(focus) => Some(ThinLens { aperture, focus }),
+            None => return Err("a lens needs the distance at which it is sharp: --focus METRES".to_owned()),
+        };
+        Ok(NamedCamera { view: View::Perspective { yfov, lens }, ..camera })
+    }
 }
 
 fn find<'a>(cameras: &'a [NamedCamera], wanted: &str) -> Option<&'a NamedCamera> {
@@ -79,12 +107,16 @@ fn list(cameras: &[NamedCamera]) -> String {
 }
 
 fn looking_at(look_at: LookAt, instead_of: Option<&NamedCamera>) -> NamedCamera {
+    let of_the_file = instead_of.and_then(|camera| match camera.view {
+        View::Perspective { yfov, .. } => Some(yfov),
+        View::Orthographic { .. } => None,
+    });
     NamedCamera {
         name: "look-at".to_owned(),
         position: look_at.eye,
         forward: (look_at.target - look_at.eye).normalize(),
         up: Vec3::Y,
-        yfov: look_at.yfov.or(instead_of.map(|camera| camera.yfov)).unwrap_or(DEFAULT_YFOV),
+        view: View::Perspective { yfov: look_at.yfov.or(of_the_file).unwrap_or(DEFAULT_YFOV), lens: None },
         aspect: instead_of.and_then(|camera| camera.aspect),
     }
 }
@@ -102,7 +134,7 @@ fn framing(bounds: Option<Bounds>) -> NamedCamera {
         position: center + Vec3::Z * (radius / (0.5 * DEFAULT_YFOV).sin()),
         forward: Vec3::NEG_Z,
         up: Vec3::Y,
-        yfov: DEFAULT_YFOV,
+        view: View::Perspective { yfov: DEFAULT_YFOV, lens: None },
         aspect: None,
     }
 }
@@ -132,13 +164,35 @@ mod tests {
             let bounds = Bounds { min: Vec3::new(-1.0, 0.0, -3.0) + offset, max: Vec3::new(4.0, 2.0, 5.0) + offset };
             let sensor = Sensor { width: 40, height: 30, padding: 0 };
             let view = framing(Some(bounds));
-            let camera = build(&view, sensor);
+            let camera = view.to_camera(sensor);
             for corner in 0..8 {
                 let pick = |bit| if corner >> bit & 1 == 0 { bounds.min } else { bounds.max };
                 let corner = Vec3::new(pick(0).x, pick(1).y, pick(2).z);
-                assert!(camera.raster((corner - view.position).normalize()).is_some(), "{corner}");
+                let w = (corner - view.position).normalize();
+                assert!(camera.raster(&camera.lens_point(), w).is_some(), "{corner}");
             }
         }
-        assert!(build(&framing(None), Sensor { width: 1, height: 1, padding: 0 }).raster(Vec3::NEG_Z).is_some());
+        let camera = framing(None).to_camera(Sensor { width: 1, height: 1, padding: 0 });
+        assert!(camera.raster(&camera.lens_point(), Vec3::NEG_Z).is_some());
+    }
+
+    #[test]
+    fn a_lens_is_put_together_from_options_file_and_target() {
+        let yfov = DEFAULT_YFOV;
+        let pinhole = named("eye");
+        let in_file = Some(ThinLens { aperture: 0.1, focus: 4.0 });
+        let with = |lens| NamedCamera { view: View::Perspective { yfov, lens }, ..pinhole.clone() };
+        let put = |aperture, focus, on: &NamedCamera, target| Lens { aperture, focus }.put_on(on.clone(), target);
+        let lens = |aperture, focus| Ok(with(Some(ThinLens { aperture, focus })));
+        assert_eq!(put(None, None, &pinhole, None), Ok(pinhole.clone()));
+        assert_eq!(put(Some(0.2), Some(3.0), &pinhole, Some(9.0)), lens(0.2, 3.0));
+        assert_eq!(put(Some(0.2), None, &pinhole, Some(9.0)), lens(0.2, 9.0));
+        assert_eq!(put(Some(0.2), None, &with(in_file), None), lens(0.2, 4.0));
+        assert_eq!(put(None, Some(3.0), &with(in_file), None), lens(0.1, 3.0));
+        assert_eq!(put(Some(0.0), None, &with(in_file), None), Ok(with(None)));
+        assert!(put(None, Some(3.0), &pinhole, None).unwrap_err().contains("--aperture"));
+        assert!(put(Some(0.2), None, &pinhole, None).unwrap_err().contains("--focus"));
+        let flat = NamedCamera { view: View::Orthographic { height: 2.0 }, ..pinhole.clone() };
+        assert!(put(Some(0.2), Some(3.0), &flat, None).unwrap_err().contains("orthographic"));
     }
 }

@@ -4,7 +4,7 @@
 use crate::{
     film::{Crop, Film, Header},
     integrator::Weighting,
-    io::NamedCamera,
+    io::{NamedCamera, ThinLens, View},
     path::Roulette,
     render::Settings,
     scene::camera::Sensor,
@@ -28,7 +28,7 @@ pub(super) fn header(job: &Job<'_>, film: &Film, passes: u32) -> Header {
     let mut attributes = vec![
         ("version", env!("CARGO_PKG_VERSION").to_owned()),
         ("scene", job.scene_hash.clone()),
-        ("camera", format!("at {} to {} up {} yfov {}", camera.position, camera.forward, camera.up, camera.yfov)),
+        ("camera", format!("at {} to {} up {} {}", camera.position, camera.forward, camera.up, view(camera.view))),
         ("integrator", settings.integrator.to_string()),
         ("spp", passes.to_string()),
         ("seed", settings.seed.to_string()),
@@ -58,6 +58,16 @@ pub(super) fn header(job: &Job<'_>, film: &Film, passes: u32) -> Header {
         attributes.push(("errors", format!("{errors:?}")));
     }
     Header { sensor: job.sensor, crop: settings.crop, attributes }
+}
+
+fn view(view: View) -> String {
+    match view {
+        View::Perspective { yfov, lens: None } => format!("yfov {yfov}"),
+        View::Perspective { yfov, lens: Some(ThinLens { aperture, focus }) } => {
+            format!("yfov {yfov} aperture {aperture} focus {focus}")
+        }
+        View::Orthographic { height } => format!("orthographic height {height}"),
+    }
 }
 
 fn roulette(roulette: Roulette) -> String {

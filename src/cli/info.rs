@@ -4,7 +4,7 @@ use std::{collections::BTreeMap, path::Path};
 
 use super::{exit::Failure, terminal};
 use crate::{
-    io::{self, Loaded, PunctualLight},
+    io::{self, Loaded, PunctualLight, ThinLens, View},
     scene::{bsdf::Bsdf, geometry::PrimitiveId, material::Material},
 };
 
@@ -31,13 +31,23 @@ pub(super) fn describe(loaded: &Loaded) -> String {
     lines.push(format!("lights     {}", lights(loaded)));
     for (index, camera) in loaded.cameras.iter().enumerate() {
         let aspect = camera.aspect.map(|aspect| format!(", aspect {aspect:.3}")).unwrap_or_default();
-        let degrees = camera.yfov.to_degrees();
-        lines.push(format!("camera     {index} '{}': at {}, yfov {degrees:.1}°{aspect}", camera.name, camera.position));
+        let view = view(camera.view);
+        lines.push(format!("camera     {index} '{}': at {}, {view}{aspect}", camera.name, camera.position));
     }
     if loaded.cameras.is_empty() {
         lines.push("camera     none; 'render' frames the whole scene".to_owned());
     }
     lines.join("\n")
+}
+
+fn view(view: View) -> String {
+    match view {
+        View::Perspective { yfov, lens } => {
+            let lens = lens.map(|ThinLens { aperture, focus }| format!(", lens {aperture} m wide, sharp at {focus} m"));
+            format!("yfov {:.1}°{}", yfov.to_degrees(), lens.unwrap_or_default())
+        }
+        View::Orthographic { height } => format!("orthographic, {height} m high"),
+    }
 }
 
 /// `5: 3 diffuse, 1 metallic-roughness, 1 glass; 1 of them emits`.

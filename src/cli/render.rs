@@ -44,7 +44,7 @@ pub(super) fn run(args: &RenderArgs) -> Result<(), Failure> {
     let settings = settings(args, crop(args, sensor)?, only);
     check_memory(args, &settings)?;
     let job = Job { scene_hash: loaded.hash.clone(), camera: &view, sensor, settings: &settings };
-    let scene = loaded.into_scene(camera::build(&view, sensor), None);
+    let scene = loaded.into_scene(view.to_camera(sensor), None);
     foretell(&job, &scene, terminal);
 
     let mut renderer = pool.install(|| Renderer::new(&scene, &settings));

@@ -128,6 +128,11 @@ pub(super) fn positive(text: &str) -> Result<f32, String> {
     finite(text).ok().filter(|x| *x > 0.0).ok_or_else(|| "a positive number is needed".to_owned())
 }
 
+/// A finite number, zero or above.
+pub(super) fn not_negative(text: &str) -> Result<f32, String> {
+    finite(text).ok().filter(|x| *x >= 0.0).ok_or_else(|| "a number that is not negative is needed".to_owned())
+}
+
 fn numbers<T: std::str::FromStr>(text: &str) -> Result<Vec<T>, String> {
     text.split(',').map(|part| part.trim().parse().map_err(|_| format!("'{part}' is not such a number"))).collect()
 }
@@ -178,5 +183,6 @@ mod tests {
         assert!(roulette("-1").is_err() && roulette("on").is_err() && roulette("256").is_err());
         assert_eq!(finite("-1.5"), Ok(-1.5));
         assert!(finite("nan").is_err() && finite("inf").is_err() && positive("0").is_err() && positive("-1").is_err());
+        assert!(not_negative("0") == Ok(0.0) && not_negative("-1").is_err() && not_negative("inf").is_err());
     }
 }

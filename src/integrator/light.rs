@@ -6,7 +6,7 @@ use crate::path::Strategy;
 pub const NAME: &str = "light";
 
 /// What the table can sample at all.
-pub const COVERAGE: &str = "paths whose first surface after the camera scatters continuously, and lights seen directly; what the camera sees in mirrors and glass stays black";
+pub const COVERAGE: &str = "paths whose first surface after the camera scatters continuously, and lights seen directly; what the camera sees in mirrors and glass stays black, and an environment that an orthographic camera sees";
 
 /// m_{s,t} of the table.
 pub fn multiplicity(strategy: Strategy) -> u32 {

@@ -214,12 +214,13 @@ impl Integrator {
         sink.walked(light.steps().len().saturating_sub(1));
 
         if splatted > 0 {
-            lens.put_lens(scene);
             let anywhere = Raster(glam::Vec2::ZERO);
-            for s in 1..=light.steps().len() {
-                self.repeat(Strategy { s: s as u32, t: 1 }, sink, |_| {
-                    JoinedPath::inner(scene, lens.steps(), light, s, anywhere)
-                });
+            for (s, y) in (1..).zip(light.steps()) {
+                for _ in 0..self.evaluated.multiplicity(Strategy { s: s as u32, t: 1 }) {
+                    if lens.put_lens_towards(scene, &y.vertex.point, samplers.lens) {
+                        self.consider(JoinedPath::inner(scene, lens.steps(), light, s, anywhere), sink);
+                    }
+                }
             }
         }
         let Some(raster) = unit.camera else { return };
@@ -282,7 +283,7 @@ impl Integrator {
     }
 }
 
-/// The three sequences of random numbers of one sample, so that none shifts another.
+/// The sequences of random numbers of one sample, so that none shifts another.
 #[derive(Debug)]
 pub struct Samplers<'a, S> {
     /// For the camera subpath.
@@ -291,4 +292,6 @@ pub struct Samplers<'a, S> {
     pub light: &'a mut S,
     /// For the connections.
     pub connection: &'a mut S,
+    /// For the lens points that light subpaths are connected to.
+    pub lens: &'a mut S,
 }

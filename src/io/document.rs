@@ -16,7 +16,7 @@ use serde_json::Value;
 use super::error::{Fault, LoadError, one_line, quoted};
 
 /// Extensions whose meaning is honoured.
-const SUPPORTED: [&str; 8] = [
+const SUPPORTED: [&str; 9] = [
     "KHR_lights_punctual",
     "KHR_materials_emissive_strength",
     "KHR_materials_ior",
@@ -25,6 +25,7 @@ const SUPPORTED: [&str; 8] = [
     "KHR_materials_volume",
     "KHR_mesh_quantization",
     "PATHSPACE_sphere",
+    "PATHSPACE_thin_lens",
 ];
 
 /// A GLB's two chunks; the JSON alone for a `.gltf`.

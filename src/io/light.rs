@@ -1,19 +1,15 @@
-//! Lights without a surface (`KHR_lights_punctual`) and cameras, in world space.
+//! Lights without a surface (`KHR_lights_punctual`), in world space.
 
-use std::f32::consts::{FRAC_PI_2, PI};
+use std::f32::consts::FRAC_PI_2;
 
 use glam::{DVec3, Vec3};
 use gltf_json::{
     Root,
-    camera::Camera,
     extensions::scene::khr_lights_punctual::{self, Type},
     validation::Checked,
 };
 
-use super::{
-    error::{Fault, quoted},
-    node::Placed,
-};
+use super::{error::Fault, node::Placed};
 use crate::{
     math::Rgb,
     scene::light::{Light, Spot},
@@ -64,23 +60,6 @@ impl PunctualLight {
     }
 }
 
-/// A perspective camera of the file, in world space.
-#[derive(Clone, Debug, PartialEq)]
-pub struct NamedCamera {
-    /// The camera's name, else that of its node, else `camera N`.
-    pub name: String,
-    /// The pinhole, metres.
-    pub position: Vec3,
-    /// The unit viewing direction.
-    pub forward: Vec3,
-    /// The unit direction that is up in the image.
-    pub up: Vec3,
-    /// The vertical field of view, radians.
-    pub yfov: f32,
-    /// Width over height, where the file says.
-    pub aspect: Option<f32>,
-}
-
 /// The light at a node; `None` for one without light.
 pub(super) fn light(
     root: &Root,
@@ -118,38 +97,5 @@ pub(super) fn light(
             PunctualLight::Spot { position, direction, intensity, inner, outer: outer.min(FRAC_PI_2) }
         }
         Checked::Invalid => return Err(Fault::invalid(format!("{at}/type"), "this type of light does not exist")),
-    }))
-}
-
-/// The camera at a node; `None`, with a warning, for an orthographic one.
-pub(super) fn camera(
-    root: &Root,
-    node: &Placed,
-    index: usize,
-    warnings: &mut Vec<String>,
-) -> Result<Option<NamedCamera>, Fault> {
-    let at = format!("/cameras/{index}");
-    let Some(camera) = root.cameras.get(index) else { return Err(Fault::invalid(at, "there is no such camera")) };
-    let Camera { name, perspective, .. } = camera;
-    let node_name = root.nodes.get(node.index).and_then(|node| node.name.clone());
-    let name = name.clone().or(node_name).unwrap_or_else(|| format!("camera {index}"));
-    let Some(lens) = perspective else {
-        warnings.push(format!("the orthographic camera {} is not supported yet: left out", quoted(&name)));
-        return Ok(None);
-    };
-    if !(lens.yfov > 0.0 && lens.yfov < PI) {
-        let what = format!("the field of view is {} radians, not between 0 and π", lens.yfov);
-        return Err(Fault::invalid(format!("{at}/perspective/yfov"), what));
-    }
-    if lens.aspect_ratio.is_some_and(|aspect| !(aspect > 0.0 && aspect.is_finite())) {
-        return Err(Fault::invalid(format!("{at}/perspective/aspectRatio"), "the aspect ratio is not positive"));
-    }
-    Ok(Some(NamedCamera {
-        name,
-        position: node.origin(),
-        forward: node.axis(DVec3::NEG_Z)?,
-        up: node.axis(DVec3::Y)?,
-        yfov: lens.yfov,
-        aspect: lens.aspect_ratio,
     }))
 }

@@ -7,14 +7,28 @@
 //! # Extensions
 //! `KHR_lights_punctual`, `KHR_mesh_quantization`, and of the materials `KHR_materials_emissive_strength`, `_ior`,
 //! `_specular`, `_transmission` and `_volume`. A *required* extension outside of this list is an error, an optional one a
-//! warning. Ours is the node extension
+//! warning. Ours are the node extension
 //!
 //! ```json
 //! "extensions": { "PATHSPACE_sphere": { "radius": 0.5, "material": 2 } }
 //! ```
 //!
 //! an analytic sphere around the node's origin with the radius in the node's units (the node's scale must be uniform) and a
-//! material of the file (without one, the default material). It faces outward. Another reader shows nothing there.
+//! material of the file (without one, the default material). It faces outward. Another reader shows nothing there. And the
+//! camera extension
+//!
+//! ```json
+//! "extensions": { "PATHSPACE_thin_lens": { "aperture": 0.05, "focusDistance": 3.0 } }
+//! ```
+//!
+//! which gives a perspective camera a thin lens of this *diameter*, sharp in the plane at this distance along the viewing
+//! axis. Both are metres of the world whatever the node's scale, as that does not apply to cameras. Another reader sees
+//! through a pinhole, everything sharp.
+//!
+//! # Cameras
+//! Perspective and orthographic, placed by their nodes, the nodes' scale ignored (as glTF says). Nothing is clipped at `znear`
+//! or `zfar`: a perspective camera sees all that is before its lens, an orthographic one all that is before the plane of its
+//! film through the node's origin.
 //!
 //! # Materials
 //! Which glTF material becomes which BSDF stands at the head of `material.rs`. `doubleSided` decides which sides of an
@@ -22,6 +36,7 @@
 
 mod accessor;
 mod buffer;
+mod camera;
 mod document;
 mod error;
 mod light;
@@ -37,8 +52,9 @@ use std::path::Path;
 use gltf_json::Root;
 use serde_json::Value;
 
+pub use camera::{NamedCamera, ThinLens, View};
 pub use error::LoadError;
-pub use light::{NamedCamera, PunctualLight};
+pub use light::PunctualLight;
 
 use crate::scene::{
     Scene,
@@ -62,7 +78,7 @@ pub struct Loaded {
     pub materials: Vec<Material>,
     /// Lights without a surface. Emissive surfaces are found by their materials.
     pub lights: Vec<PunctualLight>,
-    /// The perspective cameras, in the order of the hierarchy.
+    /// The cameras, in the order of the hierarchy.
     pub cameras: Vec<NamedCamera>,
     /// What the file asks for and does not get, one sentence each.
     pub warnings: Vec<String>,
@@ -102,7 +118,7 @@ pub struct Summary {
     pub textures: usize,
     /// Number of images.
     pub images: usize,
-    /// Number of cameras, orthographic ones included.
+    /// Number of cameras.
     pub cameras: usize,
     /// Number of animations.
     pub animations: usize,
@@ -189,9 +205,9 @@ impl<'a> Assembly<'a> {
                 self.mesh(mesh.value(), &placed)?;
                 skinned += u32::from(node.skin.is_some());
             }
-            if let Some(camera) = node.camera {
-                let camera = light::camera(self.root, &placed, camera.value(), &mut self.loaded.warnings)?;
-                self.loaded.cameras.extend(camera);
+            if let Some(index) = node.camera {
+                let camera = camera::camera(self.root, &placed, index.value(), &mut self.loaded.warnings)?;
+                self.loaded.cameras.push(camera);
             }
             let Some(extensions) = &node.extensions else { continue };
             if let Some(light) = &extensions.khr_lights_punctual {

@@ -27,7 +27,8 @@ struct Segment {
     distance_squared: f64,
     cos_i: f64,
     cos_j: f64,
-    infinite: bool,
+    /// In metres; infinite if an end is.
+    distance: f64,
 }
 
 impl<'a> Path<'a> {
@@ -69,7 +70,7 @@ impl<'a> Path<'a> {
     }
 
     /// G(p_i↔p_{i+1}) = V |cos θ_i| |cos θ_{i+1}| / |p_i − p_{i+1}|², 1/m²; with a distance and a cosine of 1 at an
-    /// infinite end, and a cosine of 1 where a vertex has no normal.
+    /// infinite end and at an orthographic film, and a cosine of 1 where a vertex has no normal.
     pub fn geometry_term(&self, i: usize) -> f64 {
         let e = self.segment(i, i + 1);
         self.visibility[i] * e.cos_i * e.cos_j / e.distance_squared
@@ -78,7 +79,7 @@ impl<'a> Path<'a> {
     /// F_j(p̄)/h_j = W_e(p_1→p_0) G(p_0↔p_1) T(p̄) L_e(p_n→p_{n−1}): the measurement contribution without the pixel's filter.
     pub fn contribution(&self) -> DVec3 {
         let n = self.edges();
-        let we = f64::from(self.scene.camera.we(self.segment(0, 1).direction.as_vec3()));
+        let we = f64::from(self.scene.camera.we(&self.vertices[0].point, self.segment(0, 1).direction.as_vec3()));
         let end = &self.vertices[n];
         let le =
             self.scene.le(&end.point, self.segment(n, n - 1).direction.as_vec3()).as_dvec3() * f64::from(end.alpha);
@@ -86,7 +87,8 @@ impl<'a> Path<'a> {
     }
 
     /// p_{s,t}(p̄): the density with which strategy (s,t) finds this path, with respect to the product area measure
-    /// (dω for an infinite p_n; coefficients of deltas at a pinhole, a point light, a sun and in delta lobes). Zero if it cannot.
+    /// (dω for an infinite p_n; coefficients of deltas at a pinhole, an orthographic camera, a point light, a sun and in delta
+    /// lobes). Zero if it cannot.
     ///
     /// # Panics
     /// If s + t is not the number of vertices.
@@ -100,13 +102,21 @@ impl<'a> Path<'a> {
         let possible = t >= 1
             && light.is_some()
             && (s == 0 || (connected(t - 1) && connected(t)))
-            && (hittable || (s >= 1 && n >= 2));
+            && (hittable || (s >= 1 && n >= 2))
+            && !(s == 1 && t == 1 && self.ends_are_directions());
         if !possible {
             return 0.0;
         }
         let camera_part: f64 = (0..t).map(|i| self.camera_density(i)).product();
         let light_part: f64 = (t..=n).map(|i| self.light_density(i, strategy)).product();
         camera_part * light_part
+    }
+
+    /// Whether each end of the path is a direction alone (an orthographic camera and an environment): two that are sampled
+    /// independently never fit together.
+    fn ends_are_directions(&self) -> bool {
+        let place = |i: usize| self.vertices[i].point.place;
+        place(0) == Place::Film && place(self.edges()) == Place::Infinite
     }
 
     /// w_{s,t}(p̄) = (n_{s,t} p_{s,t})^β / Σ (n_{s',t'} p_{s',t'})^β over all strategies of the table.
@@ -141,11 +151,11 @@ impl<'a> Path<'a> {
     /// c_i: the density of p_i when it is sampled from p_{i−1}, with the probability that the ray passes what it crosses.
     fn camera_density(&self, i: usize) -> f64 {
         if i == 0 {
-            return 1.0; // the pinhole's δ(p_0)
+            return f64::from(self.scene.camera.pdf_lens().0);
         }
         let e = self.segment(i - 1, i);
         let omega = match i {
-            1 => f64::from(self.scene.camera.pdf(e.direction.as_vec3()).0),
+            1 => f64::from(self.scene.camera.pdf(&self.vertices[0].point, e.direction.as_vec3()).0),
             _ => f64::from(self.scatter(i - 1).to_light.0),
         };
         omega * e.cos_j / e.distance_squared * self.passes_and_stops(i - 1, i)
@@ -216,24 +226,28 @@ impl<'a> Path<'a> {
         } else {
             return DVec3::ONE;
         };
-        let distance = if e.infinite { f64::INFINITY } else { e.distance_squared.sqrt() };
         let sigma = self.scene.material(boundary.material).absorption.as_dvec3();
-        sigma.map(|s| if s == 0.0 { 1.0 } else { (-s * distance).exp() })
+        sigma.map(|s| if s == 0.0 { 1.0 } else { (-s * e.distance).exp() })
     }
 
     fn segment(&self, i: usize, j: usize) -> Segment {
         let (a, b) = (&self.vertices[i].point, &self.vertices[j].point);
         let (pa, pb) = (a.position.as_dvec3(), b.position.as_dvec3());
-        let infinite = a.place == Place::Infinite || b.place == Place::Infinite;
+        let distance = match (a.place, b.place) {
+            (Place::Infinite, _) | (_, Place::Infinite) => f64::INFINITY,
+            _ => pa.distance(pb),
+        };
         let (direction, distance_squared) = match (a.place, b.place) {
+            (Place::Film, _) => (a.normal.as_dvec3().normalize(), 1.0),
+            (_, Place::Film) => (-b.normal.as_dvec3().normalize(), 1.0),
             (_, Place::Infinite) => (pb.normalize(), 1.0),
             (Place::Infinite, _) => (-pa.normalize(), 1.0),
             _ => ((pb - pa).normalize(), pa.distance_squared(pb)),
         };
         let cos = |p: &crate::scene::point::Point| match p.place {
             Place::Surface => p.normal.as_dvec3().dot(direction).abs(),
-            Place::Degenerate | Place::Infinite => 1.0,
+            Place::Degenerate | Place::Infinite | Place::Film => 1.0,
         };
-        Segment { direction, distance_squared, cos_i: cos(a), cos_j: cos(b), infinite }
+        Segment { direction, distance_squared, cos_i: cos(a), cos_j: cos(b), distance }
     }
 }

@@ -10,12 +10,13 @@ use crate::{
 /// The segment from a vertex a to a vertex b.
 ///
 /// Infinite and degenerate ends fit in by convention (design of the measures): an infinite end has squared distance 1 and
-/// cosine 1, since there dA becomes dω and G becomes V|cos θ|; a degenerate end has cosine 1.
+/// cosine 1, since there dA becomes dω and G becomes V|cos θ|; a degenerate end has cosine 1. An orthographic film is to the
+/// camera what infinity is to a sun.
 #[derive(Clone, Copy, Debug)]
 pub struct Edge {
     /// The unit direction from a to b.
     pub direction: Vec3,
-    /// |a − b|², m²; 1 if an end is infinite.
+    /// |a − b|², m²; 1 if an end is infinite or an orthographic film.
     pub distance_squared: f32,
     /// |cos θ_a| against a's geometric normal; 1 if a has none.
     pub cos_a: f32,
@@ -24,10 +25,12 @@ pub struct Edge {
 }
 
 impl Edge {
-    /// The edge between two points, at most one of them infinite.
+    /// The edge between two points, at most one of them infinite (and the other then perhaps on a film).
     #[inline]
     pub fn between(a: &Point, b: &Point) -> Self {
         let (direction, distance_squared) = match (a.place, b.place) {
+            (Place::Film, _) => (a.normal, 1.0),
+            (_, Place::Film) => (-b.normal, 1.0),
             (_, Place::Infinite) => (b.position, 1.0),
             (Place::Infinite, _) => (-a.position, 1.0),
             _ => {
@@ -56,7 +59,7 @@ impl Edge {
 fn cos_at(p: &Point, w: Vec3) -> f32 {
     match p.place {
         Place::Surface => p.normal.dot(w).abs(),
-        Place::Degenerate | Place::Infinite => 1.0,
+        Place::Degenerate | Place::Infinite | Place::Film => 1.0,
     }
 }
 

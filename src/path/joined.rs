@@ -8,7 +8,7 @@ use super::{
 use crate::{
     math::Rgb,
     sampling::{PdfArea, PdfSolidAngle},
-    scene::{Scene, bsdf::Transport, camera::Raster},
+    scene::{Scene, bsdf::Transport, camera::Raster, point::Place},
 };
 
 /// What the connection of two prefixes changes, in slots of its own: nothing of the prefixes is touched to evaluate it.
@@ -86,7 +86,7 @@ impl<'a> JoinedPath<'a> {
             return None; // (1,1) does not show points and suns, which have no extent on the image
         }
         let edge = Edge::between(&z.vertex.point, &y.vertex.point);
-        let raster = if camera.len() == 1 { scene.camera.raster(edge.direction)? } else { raster };
+        let raster = if camera.len() == 1 { scene.camera.raster(&z.vertex.point, edge.direction)? } else { raster };
         let camera_face = camera_face(scene, camera, edge.direction);
         if camera_face.value == Rgb::ZERO {
             return None;
@@ -233,6 +233,12 @@ impl Densities for JoinedPath<'_> {
     fn light_is_hittable(&self) -> bool {
         self.step(self.edges()).vertex.point.light.is_some_and(|id| self.scene.lights().is_hittable(id))
     }
+
+    #[inline]
+    fn ends_are_directions(&self) -> bool {
+        let place = |i: u32| self.step(i).vertex.point.place;
+        place(0) == Place::Film && place(self.edges()) == Place::Infinite
+    }
 }
 
 impl JoinedPath<'_> {
@@ -248,8 +254,9 @@ impl JoinedPath<'_> {
 fn camera_face(scene: &Scene, camera: &[Step], to_light: Vec3) -> Face {
     let z = &camera[camera.len() - 1];
     if camera.len() == 1 {
-        let value = Rgb::splat(scene.camera.we(to_light));
-        return Face { value, across: scene.camera_pdf(to_light), back: PdfArea::ZERO };
+        let p = &z.vertex.point;
+        let value = Rgb::splat(scene.camera.we(p, to_light));
+        return Face { value, across: scene.camera.pdf(p, to_light), back: PdfArea::ZERO };
     }
     let scatter = Vertex::new(z.vertex.point).scatter(z.back.direction, to_light);
     Face { value: scatter.f, across: scatter.to_light, back: scatter.to_camera.to_area(&z.back) }

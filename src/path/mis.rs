@@ -32,6 +32,8 @@ pub trait Densities {
     fn is_delta(&self, i: u32) -> bool;
     /// Whether a ray can meet the light at p_n: point lights and suns are neither hit nor seen directly.
     fn light_is_hittable(&self) -> bool;
+    /// Whether both p_0 and p_n are directions alone (an orthographic camera and an environment), which (1,1) cannot join.
+    fn ends_are_directions(&self) -> bool;
 }
 
 /// n_{s,t} of a strategy as far as it could have found this path, zero where it could not;
@@ -45,7 +47,8 @@ fn effective_count(path: &impl Densities, strategy: Strategy, techniques: &Techn
     let n = path.edges();
     let delta = (s >= 1 && t >= 2 && path.is_delta(t - 1)) || (s >= 2 && path.is_delta(t));
     let unseen = (s == 0 || n == 1) && !path.light_is_hittable();
-    if delta || unseen {
+    let unmatched = s == 1 && n == 1 && path.ends_are_directions();
+    if delta || unseen || unmatched {
         0.0
     } else if s == 1 && t >= 2 {
         count * path.next_event_ratio()
@@ -108,6 +111,7 @@ mod tests {
         delta: Vec<bool>,
         next_event: f32,
         hittable: bool,
+        directions: bool,
     }
 
     impl Densities for Arbitrary {
@@ -129,15 +133,24 @@ mod tests {
         fn light_is_hittable(&self) -> bool {
             self.hittable
         }
+        fn ends_are_directions(&self) -> bool {
+            self.directions
+        }
     }
 
     fn densities() -> impl Generator<Value = Arbitrary> {
         (2_usize..9).prop_flat_map(|n| {
             let density =
                 || prop::collection::vec(-5.0_f32..5.0, n).prop_map(|v| v.into_iter().map(f32::exp).collect());
-            (density(), density(), prop::collection::vec(any::<bool>(), n), 0.1_f32..10.0, any::<bool>()).prop_map(
-                |(camera, light, delta, next_event, hittable)| Arbitrary { camera, light, delta, next_event, hittable },
-            )
+            (density(), density(), prop::collection::vec(any::<bool>(), n), 0.1_f32..10.0, any::<bool>(), any::<bool>())
+                .prop_map(|(camera, light, delta, next_event, hittable, directions)| Arbitrary {
+                    camera,
+                    light,
+                    delta,
+                    next_event,
+                    hittable,
+                    directions,
+                })
         })
     }
 

@@ -1,6 +1,6 @@
 //! Subpaths: the random walks from the camera and from a light, with the prefix products that the fast form needs.
 
-use glam::Vec3;
+use glam::{Vec2, Vec3};
 
 use super::{Edge, Vertex};
 use crate::{
@@ -108,15 +108,17 @@ impl Subpath {
         roulette: Roulette,
         sampler: &mut impl Sampler,
     ) {
-        self.put_lens(scene);
+        let camera = &scene.camera;
+        let u = if camera.has_aperture() { sampler.next_2d() } else { Vec2::ZERO };
+        self.put_lens(scene, camera.sample_lens(raster, u));
         let lens = self.steps[0];
-        let direction = scene.camera.direction(raster);
-        let pdf = scene.camera_pdf(direction);
-        let cos = lens.vertex.point.normal.dot(direction);
-        let beta = lens.beta * (scene.camera.we(direction) * cos / pdf.0);
+        let p = &lens.vertex.point;
+        let direction = camera.direction(p, raster);
+        let pdf = camera.pdf(p, direction);
+        let beta = lens.beta * (camera.we(p, direction) * p.normal.dot(direction) / pdf.0);
         // The density is positive on all of the padded film; rounding may put a border sample outside it.
         if pdf > PdfSolidAngle::ZERO {
-            let origin = lens.vertex.point.position;
+            let origin = p.position;
             self.walk(
                 scene,
                 Departure { origin, direction, pdf, beta, survival: 1.0 },
@@ -128,10 +130,23 @@ impl Subpath {
         }
     }
 
-    /// The subpath that is only p_0, to which light subpaths connect.
-    pub fn put_lens(&mut self, scene: &Scene) {
+    /// The subpath that is only a p_0 from which `seen` is to be seen, for t = 1. False if there is none.
+    ///
+    /// Each connection has a p_0 of its own: for an orthographic camera it follows from `seen`, and on a lens independent
+    /// points keep the vertices of one light subpath from being blurred to the same side.
+    #[inline]
+    pub fn put_lens_towards(&mut self, scene: &Scene, seen: &Point, sampler: &mut impl Sampler) -> bool {
+        let camera = &scene.camera;
+        let u = if camera.has_aperture() { sampler.next_2d() } else { Vec2::ZERO };
+        let Some(lens) = camera.sample_lens_towards(seen, u) else { return false };
+        self.put_lens(scene, lens);
+        true
+    }
+
+    #[inline]
+    fn put_lens(&mut self, scene: &Scene, lens: Point) {
         self.steps.clear();
-        self.steps.push(Step::first(scene.camera.lens_point(), PdfArea(1.0)));
+        self.steps.push(Step::first(lens, scene.camera.pdf_lens()));
     }
 
     /// Walks from a light, to at most `vertices` vertices; empty if the scene has no light.
@@ -256,8 +271,11 @@ pub(super) fn transmittance(scene: &Scene, a: &Point, ab: &Edge, b: &Point, walk
     if absorption == Rgb::ZERO {
         return Rgb::ONE;
     }
-    let infinite = a.place == Place::Infinite || b.place == Place::Infinite;
-    let distance = if infinite { f32::INFINITY } else { ab.distance_squared.sqrt() };
+    let distance = match (a.place, b.place) {
+        (Place::Infinite, _) | (_, Place::Infinite) => f32::INFINITY,
+        (Place::Film, _) | (_, Place::Film) => a.position.distance(b.position),
+        _ => ab.distance_squared.sqrt(),
+    };
     // A channel that is not absorbed stays whole at any distance, also where 0·∞ would be no number.
     absorption.map(|s| if s == 0.0 { 1.0 } else { (-s * distance).exp() })
 }

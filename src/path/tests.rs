@@ -42,8 +42,9 @@ fn lens(scene: &Scene) -> Vertex {
 
 /// Where the middle of the image sees the floor: (0, 0, 0), from 5 m away, with cos θ = 3/5.
 fn seen(scene: &Scene) -> Vertex {
-    let w = scene.camera.direction(Raster(Vec2::new(10.0, 5.0)));
-    Vertex::new(scene.trace(&scene.camera.lens_point(), w).expect("the floor"))
+    let lens = scene.camera.lens_point();
+    let w = scene.camera.direction(&lens, Raster(Vec2::new(10.0, 5.0)));
+    Vertex::new(scene.trace(&lens, w).expect("the floor"))
 }
 
 fn sampled(scene: &Scene, next_event: bool) -> Vertex {
@@ -126,7 +127,7 @@ fn an_environment_is_hit_sampled_and_seen() {
     let r2 = 50.0 * 1.001_f64.powi(2);
     assert_close(pdf(&path, 2, 1), 1.0 / (4.0 * PI) * 0.6 / (PI * r2));
     // Seen directly, past the floor's edge: (0,2) and (1,1) both find it.
-    let up = scene.camera.direction(Raster(Vec2::new(10.0, 0.0)));
+    let up = scene.camera.direction(&scene.camera.lens_point(), Raster(Vec2::new(10.0, 0.0)));
     let direct = Path::new(&scene, vec![lens(&scene), Vertex::new(scene.lights().environment_at(up).unwrap())]);
     assert_close(direct.contribution().x / pdf(&direct, 0, 2), CAMERA * 2.0);
     assert_close(pdf(&direct, 1, 1), 1.0 / (4.0 * PI));

@@ -32,6 +32,8 @@ pub enum Stream {
     Light,
     /// The connections: next-event samples and their like.
     Connection,
+    /// The points of the lens to which light subpaths are connected.
+    Lens,
 }
 
 /// Independent uniform numbers from the counter-based generator Philox4x32-10

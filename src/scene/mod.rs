@@ -18,10 +18,7 @@ use self::{
     material::{Material, MaterialId},
     point::{Place, Point},
 };
-use crate::{
-    math::Rgb,
-    sampling::{PdfArea, PdfSolidAngle},
-};
+use crate::{math::Rgb, sampling::PdfArea};
 
 /// A scene, immutable while it is rendered.
 #[derive(Clone, Debug)]
@@ -147,18 +144,13 @@ impl Scene {
         const SIDE: u32 = 64;
         let sensor = self.camera.sensor();
         let size = Vec2::new(sensor.width as f32, sensor.height as f32);
-        let lens = self.camera.lens_point();
         let specular = (0..SIDE * SIDE).filter(|i| {
             let cell = Vec2::new((i % SIDE) as f32 + 0.5, (i / SIDE) as f32 + 0.5) / SIDE as f32;
-            let seen = self.trace(&lens, self.camera.direction(Raster(cell * size)));
+            let raster = Raster(cell * size);
+            let lens = self.camera.sample_lens(raster, Vec2::splat(0.5));
+            let seen = self.trace(&lens, self.camera.direction(&lens, raster));
             seen.is_some_and(|p| p.bsdf.delta_count() > 0)
         });
         specular.count() as f32 / (SIDE * SIDE) as f32
-    }
-
-    /// The density of the camera's first direction over the padded film, 1/sr; see [`Camera::pdf`].
-    #[inline]
-    pub fn camera_pdf(&self, w: Vec3) -> PdfSolidAngle {
-        self.camera.pdf(w)
     }
 }

@@ -18,6 +18,9 @@ pub enum Place {
     Degenerate,
     /// Infinitely far away (environment, sun): `position` is the unit direction towards it, dA becomes dω.
     Infinite,
+    /// On the film of an orthographic camera, which sees along `normal` alone. As with a sun, that direction is what counts, and
+    /// G has neither cosine nor distance there; `position` is where on the film.
+    Film,
 }
 
 /// A point of the scene with everything about it that does not depend on a path. World space, metres.

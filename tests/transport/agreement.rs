@@ -114,7 +114,7 @@ fn assert_agree(
 
 /// Compares the integrators `kinds`, the last of them bdpt, pair by pair; then light tracing, completed by what it does not
 /// cover as the first of `kinds` finds it. Only paths of at least `shortest` edges count.
-fn agreement(name: &str, scene: &Scene, kinds: &[IntegratorKind], shortest: u32) {
+pub fn agreement(name: &str, scene: &Scene, kinds: &[IntegratorKind], shortest: u32) {
     let start = Instant::now();
     let everything = move |path: &JoinedPath| path.edges() >= shortest;
     let all_settings: Vec<_> = IntegratorKind::ALL.into_iter().map(|kind| settings(scene, kind, 0)).collect();
@@ -163,7 +163,7 @@ fn agreement(name: &str, scene: &Scene, kinds: &[IntegratorKind], shortest: u32)
 /// The shortest path that counts where a lamp on the image is so bright that its edge pixels' noise would be all there is to see.
 /// Lamps seen directly are compared in the other scenes.
 const REFLECTED: u32 = 2;
-const ALL: [IntegratorKind; 3] = [IntegratorKind::Path, IntegratorKind::Hybrid, IntegratorKind::Bdpt];
+pub const ALL: [IntegratorKind; 3] = [IntegratorKind::Path, IntegratorKind::Hybrid, IntegratorKind::Bdpt];
 
 fn committed(name: &str, kinds: &[IntegratorKind], shortest: u32) {
     agreement(name, &scenes::load(name, scenes::square(32, Filter::Box)), kinds, shortest);

@@ -13,7 +13,7 @@ use crate::{
     statistics::{Comparison, Estimate, regions},
 };
 
-fn render(scene: &Scene, settings: &Settings, spp: u32) -> Image {
+pub fn render(scene: &Scene, settings: &Settings, spp: u32) -> Image {
     let mut renderer = Renderer::new(scene, settings);
     (0..spp).for_each(|_| renderer.pass());
     renderer.film().image(spp)
@@ -25,8 +25,12 @@ fn bytes(image: &Image, sensor: Sensor, crop: Crop) -> Vec<u8> {
 
 #[test]
 fn any_number_of_threads_gives_the_same_bytes() {
+    assert_threads_do_not_matter(scenes::zoo);
+}
+
+pub fn assert_threads_do_not_matter(scene: impl Fn(Sensor) -> Scene) {
     let sensor = Sensor { width: 70, height: 50, padding: Filter::BlackmanHarris.padding() };
-    let scene = scenes::zoo(sensor);
+    let scene = scene(sensor);
     for integrator in IntegratorKind::ALL {
         let settings = Settings { integrator, filter: Filter::BlackmanHarris, ..Settings::new(sensor) };
         let files = [1, 2, 5].map(|threads| {
@@ -39,9 +43,13 @@ fn any_number_of_threads_gives_the_same_bytes() {
 
 #[test]
 fn a_crop_is_a_slice_of_the_full_image() {
+    assert_crops_are_slices(scenes::zoo);
+}
+
+pub fn assert_crops_are_slices(scene: impl Fn(Sensor) -> Scene) {
     for filter in [Filter::Box, Filter::BlackmanHarris] {
         let sensor = Sensor { width: 48, height: 40, padding: filter.padding() };
-        let scene = scenes::zoo(sensor);
+        let scene = scene(sensor);
         for integrator in IntegratorKind::ALL {
             let full = Settings { integrator, filter, ..Settings::new(sensor) };
             let crop = Crop { x0: 9, y0: 17, x1: 30, y1: 40 };
@@ -61,7 +69,7 @@ fn a_crop_is_a_slice_of_the_full_image() {
 }
 
 /// The estimate of the mean image from replicates.
-fn estimate(scene: &Scene, settings: &Settings, spp: u32, replicates: u64) -> Estimate {
+pub fn estimate(scene: &Scene, settings: &Settings, spp: u32, replicates: u64) -> Estimate {
     let images = (0..replicates).map(|r| {
         let settings = Settings { seed: settings.seed + r, ..settings.clone() };
         regions(&render(scene, &settings, spp))

@@ -78,6 +78,7 @@ fn perturbed(v: &Vertex, k: usize) -> Vertex {
         // Rays start off the surface by the error bound and land within it.
         Place::Surface | Place::Degenerate => p.position += shift * (2.0 * p.error + scale * p.position.abs()),
         Place::Infinite => p.position = (p.position + shift * scale).normalize(),
+        Place::Film => p.normal = (p.normal + shift * scale).normalize(),
     }
     if p.place == Place::Surface {
         p.shading_normal = (p.shading_normal + shift * scale).normalize();
@@ -126,7 +127,7 @@ fn check(scene: &Scene, kind: IntegratorKind, roulette: Roulette, passes: u32) -
     seen.into_inner().unwrap()
 }
 
-fn assert_identity(name: &str, scene: &Scene, passes: u32) {
+pub fn assert_identity(name: &str, scene: &Scene, passes: u32) {
     for kind in IntegratorKind::ALL {
         for roulette in [Roulette::Off, Roulette::FromDepth(2)] {
             let (paths, complaints) = check(scene, kind, roulette, passes);

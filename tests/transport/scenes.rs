@@ -35,8 +35,7 @@ pub fn load(name: &str, sensor: Sensor) -> Scene {
 /// Any glTF file with its first camera.
 pub fn load_file(path: &Path, sensor: Sensor) -> Scene {
     let loaded = io::load(path).unwrap_or_else(|e| panic!("{e}"));
-    let c = &loaded.cameras[0];
-    let camera = Camera::look_at(c.position, c.position + c.forward, c.up, c.yfov, sensor);
+    let camera = loaded.cameras[0].to_camera(sensor);
     Scene::new(loaded.geometry, loaded.materials, &[], camera)
 }
 

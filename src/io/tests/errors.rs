@@ -172,6 +172,24 @@ fn spheres_lights_and_cameras_out_of_bounds() {
     };
     refused(&seen(json!({ "yfov": 4, "znear": 1 })), &["/cameras/0/perspective/yfov"]);
     refused(&seen(json!({ "yfov": 1, "znear": 1, "aspectRatio": 0 })), &["/cameras/0/perspective/aspectRatio"]);
+    let lens = |lens: Value| {
+        let document = seen(json!({ "yfov": 1, "znear": 1 }));
+        changed(document, "/cameras/0/extensions", json!({ "PATHSPACE_thin_lens": lens }))
+    };
+    let place = "/cameras/0/extensions/PATHSPACE_thin_lens";
+    refused(&lens(json!({ "focusDistance": 1 })), &[place, "/aperture: a lens needs"]);
+    refused(&lens(json!({ "aperture": -0.1, "focusDistance": 1 })), &[place, "/aperture: "]);
+    refused(&lens(json!({ "aperture": 0.1, "focusDistance": 0 })), &[place, "/focusDistance: "]);
+    refused(&lens(json!({ "aperture": 0.1, "focusDistance": "far" })), &[place, "/focusDistance: "]);
+    let film = |x: f64, y: f64| {
+        let document = with("/nodes/0/camera", json!(0));
+        let film = json!({ "xmag": x, "ymag": y, "znear": 0, "zfar": 1 });
+        changed(document, "/cameras", json!([{ "type": "orthographic", "orthographic": film }]))
+    };
+    refused(&film(0.0, 1.0), &["/cameras/0/orthographic/xmag", "no extent"]);
+    refused(&film(1.0, 3e38), &["/cameras/0/orthographic/ymag", "no extent"]);
+    let both = changed(film(1.0, 1.0), "/cameras/0/extensions", json!({ "PATHSPACE_thin_lens": {} }));
+    refused(&both, &[place, "no lens"]);
     let flat = changed(seen(json!({ "yfov": 1, "znear": 1 })), "/nodes/0/scale", json!([0, 0, 0]));
     refused(&flat, &["/nodes/0", "no direction"]);
     refused(&with("/materials", json!([{ "emissiveFactor": [1e39, 0, 0] }])), &["/materials/0", "emissiveFactor"]);

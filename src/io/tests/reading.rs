@@ -2,7 +2,7 @@
 
 use super::*;
 use crate::{
-    io::{NamedCamera, PunctualLight},
+    io::{NamedCamera, PunctualLight, ThinLens, View},
     scene::{bsdf::Bsdf, material::EmissionSides},
 };
 
@@ -209,7 +209,7 @@ fn lights_and_cameras_stand_in_world_space() {
         position: Vec3::new(3., 5., 0.),
         forward: Vec3::Z,
         up: Vec3::NEG_Y,
-        yfov: 1.0,
+        view: View::Perspective { yfov: 1.0, lens: None },
         aspect: None,
     };
     assert_eq!(loaded.cameras, [eye]);
@@ -221,6 +221,24 @@ fn lights_and_cameras_stand_in_world_space() {
         outer: std::f32::consts::FRAC_PI_4,
     };
     assert_eq!(loaded.lights, [spot]);
+}
+
+#[test]
+fn lenses_and_orthographic_films_are_in_metres_of_the_world() {
+    let seen = |camera: Value| {
+        let document = changed(with("/nodes/0/camera", json!(0)), "/nodes/0/scale", json!([3, 3, 3]));
+        let loaded = load(&changed(document, "/cameras", json!([camera]))).unwrap();
+        (loaded.cameras[0].view, loaded.cameras[0].aspect, loaded.warnings)
+    };
+    let lens = json!({ "PATHSPACE_thin_lens": { "aperture": 0.05, "focusDistance": 2 } });
+    let camera = json!({ "type": "perspective", "perspective": { "yfov": 1.0, "znear": 0.1 }, "extensions": lens });
+    let lens = Some(ThinLens { aperture: 0.05, focus: 2.0 });
+    assert_eq!(seen(camera), (View::Perspective { yfov: 1.0, lens }, None, vec![]));
+    let film = |x: f64, y: f64| json!({ "type": "orthographic", "orthographic": { "xmag": x, "ymag": y, "znear": 0, "zfar": 9 } });
+    assert_eq!(seen(film(3.0, 2.0)), (View::Orthographic { height: 4.0 }, Some(1.5), vec![]));
+    let (view, aspect, warnings) = seen(film(-3.0, 2.0));
+    assert_eq!((view, aspect), (View::Orthographic { height: 4.0 }, Some(1.5)));
+    assert!(warnings.len() == 1 && warnings[0].contains("negative"), "{warnings:?}");
 }
 
 #[test]

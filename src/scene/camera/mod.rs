@@ -1,0 +1,263 @@
+//! The camera: where paths end, as W_e, its densities, and the raster.
+//!
+//! | camera | p_0 | first direction |
+//! |---|---|---|
+//! | pinhole | one point: δ(p_0) | uniform over the film at unit distance |
+//! | thin lens | uniform on a disk | through the point of the focus plane that the pinhole in its centre would see |
+//! | orthographic | uniform on the film | one direction: δ(ω) |
+//!
+//! Of an orthographic path, the direction of the first edge is what p_0 stands for, as for a sun at the other end: its
+//! density is the coefficient of δ(ω), G is V|cos θ_1|, and the density of p_1 is |cos θ_1|/A_film. Where on the film such a
+//! path arrives follows from p_1, so it is no variable of its own; `position` of p_0 still says it, for rays and rasters.
+
+mod sensor;
+
+#[cfg(test)]
+mod tests;
+
+use std::f32::consts::PI;
+
+use glam::{Vec2, Vec3};
+
+pub use self::sensor::{Raster, Sensor};
+use super::{
+    geometry::PrimitiveId,
+    material::MaterialId,
+    point::{Place, Point},
+};
+use crate::{
+    math::Rgb,
+    sampling::{PdfArea, PdfSolidAngle, warp},
+    scene::bsdf::{Bsdf, Diffuse},
+};
+
+/// A camera: its density is uniform over the padded film and, if it has one, over the lens.
+#[derive(Clone, Copy, Debug)]
+pub struct Camera {
+    /// The pinhole, the middle of the lens, or the middle of the orthographic film.
+    position: Vec3,
+    right: Vec3,
+    up: Vec3,
+    forward: Vec3,
+    sensor: Sensor,
+    /// Side of a pixel on the film: at unit distance, or of an orthographic camera in metres.
+    pixel: f32,
+    projection: Projection,
+}
+
+/// How the film sees the scene.
+#[derive(Clone, Copy, Debug)]
+enum Projection {
+    /// Through one point.
+    Pinhole,
+    /// Through a disk of this radius, sharp at the distance `focus` along the axis. Metres.
+    ThinLens { radius: f32, focus: f32 },
+    /// Along one direction.
+    Orthographic,
+}
+
+impl Camera {
+    /// A pinhole camera at `position` that looks at `target`, with a vertical field of view of `yfov` radians over the
+    /// (unpadded) image height. Pixels are square.
+    ///
+    /// # Panics
+    /// If `position` equals `target`; if `up` is parallel to the viewing direction another one is chosen.
+    pub fn look_at(position: Vec3, target: Vec3, up: Vec3, yfov: f32, sensor: Sensor) -> Self {
+        let pixel = 2.0 * (0.5 * yfov).tan() / sensor.height as f32;
+        Self::aimed(position, target, up, pixel, sensor, Projection::Pinhole)
+    }
+
+    /// An orthographic camera that looks from `position`, the middle of its film, towards `target`. The (unpadded) film is
+    /// `height` metres high; pixels are square. What lies behind the film's plane is not seen.
+    ///
+    /// # Panics
+    /// As [`Camera::look_at`].
+    pub fn orthographic(position: Vec3, target: Vec3, up: Vec3, height: f32, sensor: Sensor) -> Self {
+        Self::aimed(position, target, up, height / sensor.height as f32, sensor, Projection::Orthographic)
+    }
+
+    fn aimed(position: Vec3, target: Vec3, up: Vec3, pixel: f32, sensor: Sensor, projection: Projection) -> Self {
+        assert!(position != target, "a camera cannot look at its own position");
+        let forward = (target - position).normalize();
+        let right = forward.cross(up).try_normalize().unwrap_or_else(|| forward.any_orthonormal_vector());
+        let up = right.cross(forward);
+        Self { position, right, up, forward, sensor, pixel, projection }
+    }
+
+    /// The same perspective camera with a thin lens of this diameter (`aperture`) around its pinhole, in focus at the
+    /// distance `focus` along its axis; both in metres. With an aperture of zero it is a pinhole.
+    ///
+    /// # Panics
+    /// If `aperture` is negative or not finite, or `focus` is not positive; and on an orthographic camera.
+    #[must_use]
+    pub fn with_lens(self, aperture: f32, focus: f32) -> Self {
+        assert!(!matches!(self.projection, Projection::Orthographic), "an orthographic camera has no lens");
+        assert!(
+            aperture >= 0.0 && aperture.is_finite() && focus > 0.0,
+            "no lens: {aperture} m wide, focus at {focus} m"
+        );
+        let radius = 0.5 * aperture;
+        // A disk whose area f32 cannot hold has no density.
+        let projection = if PI * radius * radius > f32::MIN_POSITIVE {
+            Projection::ThinLens { radius, focus }
+        } else {
+            Projection::Pinhole
+        };
+        Self { projection, ..self }
+    }
+
+    /// The image that this camera looks through.
+    pub fn sensor(&self) -> Sensor {
+        self.sensor
+    }
+
+    /// The middle of the lens (or of the orthographic film) as a point of the scene: its normal is the viewing direction,
+    /// its place the lens plane.
+    pub fn lens_point(&self) -> Point {
+        self.lens_at(self.position)
+    }
+
+    /// Whether p_0 varies for a given raster position, so that choosing it takes two random numbers.
+    #[inline]
+    pub fn has_aperture(&self) -> bool {
+        matches!(self.projection, Projection::ThinLens { .. })
+    }
+
+    /// p_0 of a camera subpath through `raster`, with the density [`Camera::pdf_lens`]. `u` chooses the point of the lens.
+    #[inline]
+    pub fn sample_lens(&self, raster: Raster, u: Vec2) -> Point {
+        match self.projection {
+            Projection::Pinhole => self.lens_point(),
+            Projection::ThinLens { radius, .. } => self.on_lens(radius, u),
+            Projection::Orthographic => {
+                let film = self.film(raster);
+                self.lens_at(self.position + self.right * film.x - self.up * film.y)
+            }
+        }
+    }
+
+    /// p_0 from which `seen` is to be seen, with the density [`Camera::pdf_lens`]: what a path from the light side is connected
+    /// to. An orthographic camera sees each point from one place alone, and nothing behind its film or at infinity (`None`:
+    /// there, a path from the light arrives with the one right direction with probability zero).
+    #[inline]
+    pub fn sample_lens_towards(&self, seen: &Point, u: Vec2) -> Option<Point> {
+        match self.projection {
+            Projection::Pinhole => Some(self.lens_point()),
+            Projection::ThinLens { radius, .. } => Some(self.on_lens(radius, u)),
+            Projection::Orthographic => {
+                let depth = (seen.position - self.position).dot(self.forward);
+                let before = depth > 0.0 && seen.place != Place::Infinite;
+                before.then(|| self.lens_at(seen.position - self.forward * depth))
+            }
+        }
+    }
+
+    fn on_lens(&self, radius: f32, u: Vec2) -> Point {
+        let q = radius * warp::disk(u);
+        self.lens_at(self.position + self.right * q.x + self.up * q.y)
+    }
+
+    fn lens_at(&self, position: Vec3) -> Point {
+        Point {
+            position,
+            normal: self.forward,
+            shading_normal: self.forward,
+            error: 0.0,
+            place: match self.projection {
+                Projection::Pinhole | Projection::ThinLens { .. } => Place::Surface,
+                Projection::Orthographic => Place::Film,
+            },
+            primitive: PrimitiveId::NONE,
+            material: MaterialId(0),
+            light: None,
+            bsdf: Bsdf::Diffuse(Diffuse { albedo: Rgb::ZERO }),
+        }
+    }
+
+    /// The density of p_0: 1/A_lens; 1 as the coefficient of a pinhole's δ(p_0) or of an orthographic camera's δ(ω).
+    #[inline]
+    pub fn pdf_lens(&self) -> PdfArea {
+        match self.projection {
+            Projection::Pinhole | Projection::Orthographic => PdfArea(1.0),
+            Projection::ThinLens { radius, .. } => PdfArea(1.0 / (PI * radius * radius)),
+        }
+    }
+
+    /// The unit direction in which `raster` is seen from `lens`, a p_0 of this camera.
+    #[inline]
+    pub fn direction(&self, lens: &Point, raster: Raster) -> Vec3 {
+        let film = self.film(raster);
+        let film = match self.projection {
+            Projection::Pinhole => film,
+            // To the point of the focus plane that the middle of the lens would see.
+            Projection::ThinLens { focus, .. } => film - self.offset(lens) / focus,
+            Projection::Orthographic => return self.forward,
+        };
+        (self.forward + self.right * film.x - self.up * film.y).normalize()
+    }
+
+    /// Where the padded image shows what `lens`, a p_0 of this camera, sees in the unit direction `w`; `None` outside it.
+    #[inline]
+    pub fn raster(&self, lens: &Point, w: Vec3) -> Option<Raster> {
+        let cos = w.dot(self.forward);
+        if cos <= 0.0 {
+            return None;
+        }
+        let film = Vec2::new(w.dot(self.right), -w.dot(self.up)) / cos;
+        let film = match self.projection {
+            Projection::Pinhole => film,
+            // The middle of the lens sees a point of the focus plane at its place on the image, whoever looks there.
+            Projection::ThinLens { focus, .. } => film + self.offset(lens) / focus,
+            Projection::Orthographic => self.offset(lens),
+        };
+        let raster = film / self.pixel + 0.5 * self.sensor.size();
+        self.sensor.holds(raster).then_some(Raster(raster))
+    }
+
+    /// W_e without its filter h_j in the unit direction `w` from `lens`; zero outside the padded image.
+    ///
+    /// 1/(A_px A_lens cos⁴ θ), 1/(m² sr), with the film at unit distance and θ the angle of `w` (Veach 8.2); of a pinhole
+    /// 1/(A_px cos⁴ θ), 1/sr, since δ(p_0) replaces 1/A_lens; orthographic 1/A_px, 1/m², with δ(ω).
+    #[inline]
+    pub fn we(&self, lens: &Point, w: Vec3) -> f32 {
+        if self.raster(lens, w).is_none() {
+            return 0.0;
+        }
+        let pixel = 1.0 / (self.pixel * self.pixel);
+        let cos = w.dot(self.forward);
+        let cos4 = (cos * cos) * (cos * cos);
+        match self.projection {
+            Projection::Pinhole => pixel / cos4,
+            Projection::ThinLens { radius, .. } => pixel / (PI * radius * radius * cos4),
+            Projection::Orthographic => pixel,
+        }
+    }
+
+    /// The density of a camera subpath's first direction `w`, given p_0 = `lens`: uniform over the padded film, 1/(A_film cos³ θ).
+    /// Of an orthographic camera 1/A_film, 1/m²: that of the ray's place, see [`PdfSolidAngle`].
+    #[inline]
+    pub fn pdf(&self, lens: &Point, w: Vec3) -> PdfSolidAngle {
+        if self.raster(lens, w).is_none() {
+            return PdfSolidAngle::ZERO;
+        }
+        let film = self.pixel * self.pixel * self.sensor.padded_pixels() as f32;
+        let cos = w.dot(self.forward);
+        PdfSolidAngle(match self.projection {
+            Projection::Pinhole | Projection::ThinLens { .. } => 1.0 / (film * cos * cos * cos),
+            Projection::Orthographic => 1.0 / film,
+        })
+    }
+
+    /// `raster` on the film, from its middle: x to the right, y downwards.
+    #[inline]
+    fn film(&self, raster: Raster) -> Vec2 {
+        (raster.0 - 0.5 * self.sensor.size()) * self.pixel
+    }
+
+    /// Where on the lens (or on the orthographic film) p_0 lies, as [`Camera::film`] has it. Metres.
+    #[inline]
+    fn offset(&self, lens: &Point) -> Vec2 {
+        let d = lens.position - self.position;
+        Vec2::new(d.dot(self.right), -d.dot(self.up))
+    }
+}

@@ -1,0 +1,169 @@
+use super::*;
+
+const SENSOR: Sensor = Sensor { width: 40, height: 30, padding: 2 };
+
+fn pinhole() -> Camera {
+    Camera::look_at(Vec3::new(1.0, 2.0, 3.0), Vec3::new(-2.0, 1.0, 0.5), Vec3::Y, 0.8, SENSOR)
+}
+
+fn thin_lens() -> Camera {
+    pinhole().with_lens(0.4, 2.5)
+}
+
+fn orthographic() -> Camera {
+    Camera::orthographic(Vec3::new(1.0, 2.0, 3.0), Vec3::new(-2.0, 1.0, 0.5), Vec3::Y, 3.0, SENSOR)
+}
+
+fn all() -> [Camera; 3] {
+    [pinhole(), thin_lens(), orthographic()]
+}
+
+/// Well distributed numbers in the unit square.
+fn lattice(i: u32, n: u32) -> Vec2 {
+    Vec2::new((i as f32 + 0.5) / n as f32, (i as f32 * 0.618_034).fract())
+}
+
+/// Points over the whole padded image.
+fn rasters(n: u32) -> impl Iterator<Item = Raster> {
+    (0..n).map(move |i| Raster(lattice(i, n) * Vec2::new(43.9, 33.9) - Vec2::splat(1.95)))
+}
+
+#[test]
+fn raster_inverts_direction_up_to_the_padding() {
+    for c in all() {
+        for (k, (x, y)) in [(0.25, 0.5), (39.5, 29.75), (-1.9, 31.5), (20.0, 15.0)].into_iter().enumerate() {
+            let raster = Raster(Vec2::new(x, y));
+            let lens = c.sample_lens(raster, lattice(k as u32, 4));
+            let r = c.raster(&lens, c.direction(&lens, raster)).unwrap();
+            assert!((r.0 - Vec2::new(x, y)).length() < 1e-3, "{r:?}");
+        }
+        let outside = Raster(Vec2::new(42.5, 3.0));
+        let lens = c.sample_lens(outside, Vec2::splat(0.3));
+        assert!(c.raster(&lens, c.direction(&lens, outside)).is_none());
+        assert!(c.raster(&c.lens_point(), -c.forward).is_none());
+    }
+}
+
+#[test]
+fn what_the_light_side_connects_to_is_found_where_the_camera_sees_it() {
+    for c in all() {
+        for raster in rasters(50) {
+            let lens = c.sample_lens(raster, Vec2::new(0.1, 0.7));
+            let seen = Point::nowhere(lens.position + 1.7 * c.direction(&lens, raster));
+            // The same numbers choose the same point of a lens.
+            let from_light = c.sample_lens_towards(&seen, Vec2::new(0.1, 0.7)).unwrap();
+            assert!((from_light.position - lens.position).length() < 1e-5);
+            let found = c.raster(&from_light, (seen.position - from_light.position).normalize()).unwrap();
+            assert!((found.0 - raster.0).length() < 1e-3, "{found:?} instead of {raster:?}");
+        }
+    }
+    let ortho = orthographic();
+    let behind = Point::nowhere(ortho.position - ortho.forward);
+    assert!(ortho.sample_lens_towards(&behind, Vec2::ZERO).is_none());
+    let infinite = Point { place: Place::Infinite, ..Point::nowhere(ortho.forward) };
+    assert!(ortho.sample_lens_towards(&infinite, Vec2::ZERO).is_none());
+}
+
+#[test]
+fn directions_from_every_point_of_the_lens_have_density_one() {
+    for c in [pinhole(), thin_lens()] {
+        for k in 0..5 {
+            let lens = c.sample_lens(Raster(Vec2::ZERO), lattice(k, 5));
+            // Over the sphere, which knows nothing of films and lenses.
+            let n = 1200;
+            let cell = 4.0 * std::f64::consts::PI / f64::from(n * n);
+            let sum: f64 = (0..n * n)
+                .map(|i| {
+                    let u = Vec2::new((i % n) as f32 + 0.5, (i / n) as f32 + 0.5) / n as f32;
+                    f64::from(c.pdf(&lens, warp::sphere(u)).0) * cell
+                })
+                .sum();
+            assert!((sum - 1.0).abs() < 5e-3, "{sum}");
+        }
+    }
+    // Places on the film of an orthographic camera, which is 3·44/30 by 3·34/30 metres with its padding.
+    let c = orthographic();
+    let n = 1000;
+    let size = Vec2::new(6.0, 5.0);
+    let sum: f64 = (0..n * n)
+        .map(|i| {
+            let d = (Vec2::new((i % n) as f32 + 0.5, (i / n) as f32 + 0.5) / n as f32 - 0.5) * size;
+            let seen = Point::nowhere(c.position + c.right * d.x + c.up * d.y + 2.0 * c.forward);
+            let lens = c.sample_lens_towards(&seen, Vec2::ZERO).unwrap();
+            f64::from(c.pdf(&lens, c.forward).0 * size.x * size.y / (n * n) as f32)
+        })
+        .sum();
+    assert!((sum - 1.0).abs() < 5e-3, "{sum}");
+}
+
+#[test]
+fn points_of_the_lens_are_uniform_on_a_disk_of_the_apertures_diameter() {
+    let c = thin_lens();
+    let n = 4000;
+    let (mut second, mut largest) = (0.0_f32, 0.0_f32);
+    for i in 0..n {
+        let d = c.sample_lens(Raster(Vec2::ZERO), lattice(i, n)).position - c.position;
+        assert!(d.dot(c.forward).abs() < 1e-6, "the lens plane is perpendicular to the axis");
+        second += d.length_squared() / n as f32;
+        largest = largest.max(d.length());
+    }
+    // E r² = R²/2 on a disk.
+    assert!((second / 0.02 - 1.0).abs() < 0.01, "{second}");
+    assert!(largest <= 0.2 * (1.0 + 1e-5) && largest > 0.198, "{largest}");
+    assert!((c.pdf_lens().0 * PI * 0.2 * 0.2 - 1.0).abs() < 1e-6);
+}
+
+#[test]
+fn importance_over_density_counts_the_camera_subpaths_of_a_pass() {
+    for c in all() {
+        for (i, raster) in rasters(200).enumerate() {
+            let lens = c.sample_lens(raster, lattice(i as u32, 200));
+            let w = c.direction(&lens, raster);
+            let cos = w.dot(c.forward);
+            let weight = c.we(&lens, w) * cos / (c.pdf(&lens, w).0 * c.pdf_lens().0);
+            assert!((weight / (44.0 * 34.0) - 1.0).abs() < 1e-5, "{weight}");
+        }
+    }
+}
+
+#[test]
+fn a_point_in_the_focus_plane_is_sharp_and_one_at_twice_its_distance_is_not() {
+    let (sharp, lens_camera) = (pinhole(), thin_lens());
+    for raster in rasters(30) {
+        let w = sharp.direction(&sharp.lens_point(), raster);
+        let place = |distance: f32| sharp.position + w * (distance / w.dot(sharp.forward));
+        let (mut in_focus, mut blurred) = (0.0_f32, 0.0_f32);
+        for k in 0..20 {
+            let lens = lens_camera.sample_lens(raster, lattice(k, 20));
+            let off = |seen: Vec3| {
+                let w = (seen - lens.position).normalize();
+                let cos = w.dot(lens_camera.forward);
+                // On the unbounded film: the image may cut the blur off.
+                let film = Vec2::new(w.dot(lens_camera.right), -w.dot(lens_camera.up)) / cos;
+                let film = film + lens_camera.offset(&lens) / 2.5;
+                (film / lens_camera.pixel + 0.5 * SENSOR.size() - raster.0).length()
+            };
+            in_focus = in_focus.max(off(place(2.5)));
+            blurred = blurred.max(off(place(5.0)));
+        }
+        assert!(in_focus < 1e-3, "{in_focus}");
+        // The circle of confusion: r |1/focus − 1/distance| on the film at unit distance.
+        let expected = 0.2 * (1.0 / 2.5 - 1.0 / 5.0) / lens_camera.pixel;
+        assert!((blurred / expected - 1.0).abs() < 0.1, "{blurred} instead of {expected}");
+    }
+}
+
+#[test]
+fn a_small_lens_is_a_pinhole() {
+    let (pinhole, small) = (pinhole(), pinhole().with_lens(1e-6, 2.5));
+    assert!(small.has_aperture() && !self::pinhole().with_lens(0.0, 2.5).has_aperture());
+    for (i, raster) in rasters(50).enumerate() {
+        let lens = small.sample_lens(raster, lattice(i as u32, 50));
+        let (a, b) = (pinhole.direction(&pinhole.lens_point(), raster), small.direction(&lens, raster));
+        assert!((a - b).length() < 2e-6);
+        let (pa, pb) = (pinhole.pdf(&pinhole.lens_point(), a).0, small.pdf(&lens, b).0);
+        assert!((pa / pb - 1.0).abs() < 1e-5);
+        let of_lens = small.we(&lens, b) / small.pdf_lens().0;
+        assert!((pinhole.we(&pinhole.lens_point(), a) / of_lens - 1.0).abs() < 1e-5);
+    }
+}
