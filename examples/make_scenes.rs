@@ -125,12 +125,12 @@ fn veach_room() -> Vec<u8> {
     let bulb = facing_quad([lx, 1.80, lz], [0., 1., 0.], 0.07);
     scene.mesh("floor lamp light", "warm light", Surface::Emitter([520.0, 400.0, 250.0]), &bulb);
 
-    // A shaded spot behind on the right that points at the ball, its opening hidden from the camera.
-    let (from, to) = ([0.5, 2.6, 4.2], [2.75, 1.0, 2.95]);
+    // A shaded spot beside and above the camera that points at the ball: seen only in it.
+    let (from, to) = ([0.9, 2.7, 0.5], [2.75, 1.0, 2.95]);
     let axis = shapes::unit(shapes::sub(to, from));
-    scene.mesh("spot shade", "shade", SHADE, &frustum(from, axis, 0.09, 0.13, 0.34, 24));
-    let bulb = facing_quad(shapes::along(from, axis, 0.03), axis, 0.035);
-    scene.mesh("spot light", "cool light", Surface::Emitter([1500.0, 1450.0, 1350.0]), &bulb);
+    scene.mesh("spot shade", "shade", SHADE, &frustum(from, axis, 0.14, 0.17, 0.56, 24));
+    let bulb = facing_quad(shapes::along(from, axis, 0.03), axis, 0.1);
+    scene.mesh("spot light", "cool light", Surface::Emitter([160.0, 154.0, 144.0]), &bulb);
     scene.finish()
 }
 
@@ -145,10 +145,9 @@ fn caustic_ring() -> Vec<u8> {
     let floor = quad([[-6., 0., -6.], [-6., 0., 6.], [6., 0., 6.], [6., 0., -6.]]);
     scene.mesh("floor", "gray", Surface::Diffuse([0.5; 3]), &floor);
     scene.mesh("ring", "mirror", Surface::Mirror(1.0), &ring(0.95, 1.0, 0.5, 512));
-    // The power of a light of side 0.02 and radiance 60000, over 25 times the area.
     let from = [2.2, 2.8, 0.8];
-    let light = facing_quad(from, shapes::unit(shapes::sub([0.; 3], from)), 0.05);
-    scene.mesh("light", "light", Surface::Emitter([2400.0; 3]), &light);
+    let light = facing_quad(from, shapes::unit(shapes::sub([0.; 3], from)), 0.1);
+    scene.mesh("light", "light", Surface::Emitter([600.0; 3]), &light);
     scene.finish()
 }
 

@@ -179,45 +179,14 @@ fn in_the_cornell_box_with_spheres() {
     committed("cornell-spheres", &ALL, REFLECTED);
 }
 
-/// Integrators on the paths that light tracing covers. In these scenes the others, a lamp or its caustic seen through glass or in
-/// the mirror, are found by chance hits alone, and path tracing finds every caustic so; the long runs below have all of them.
-fn on_covered_paths(name: &str) {
-    let scene = scenes::load(name, scenes::square(32, Filter::Box));
-    let sensor = scene.camera.sensor();
-    let table = Integrator::new(IntegratorKind::Light, sensor, DEPTH, Settings::new(sensor).roulette);
-    let covered = |path: &JoinedPath| path.edges() >= REFLECTED && table.covers(path);
-    let kinds = [IntegratorKind::Light, IntegratorKind::Hybrid, IntegratorKind::Bdpt];
-    let settings = kinds.map(|kind| settings(&scene, kind, 0));
-    let runs = [0, 1, 2]
-        .map(|i| Run::new(&scene, &settings[i], kinds[i].name(), &covered).converge(REFINED[kinds[i] as usize]));
-    let images = || runs.iter().map(|r| (r.name.clone(), r.image())).collect::<Vec<_>>();
-    for (i, a) in runs.iter().enumerate() {
-        for b in &runs[i + 1..] {
-            assert_agree(name, (&a.name, &a.estimate()), (&b.name, &b.estimate()), images);
-        }
-    }
-}
-
 #[test]
 fn in_veachs_room() {
-    on_covered_paths("veach-room");
+    committed("veach-room", &ALL, 1);
 }
 
 #[test]
 fn under_the_metal_ring() {
-    on_covered_paths("caustic-ring");
-}
-
-#[test]
-#[ignore = "over ten minutes for 1 %: cargo test --release --test transport -- --ignored"]
-fn under_the_metal_ring_with_every_integrator() {
     committed("caustic-ring", &ALL, REFLECTED);
-}
-
-#[test]
-#[ignore = "over ten minutes for 1 %: cargo test --release --test transport -- --ignored"]
-fn in_veachs_room_with_every_integrator() {
-    committed("veach-room", &ALL, REFLECTED);
 }
 
 #[test]

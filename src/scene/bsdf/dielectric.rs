@@ -4,7 +4,7 @@ use glam::Vec3;
 
 use super::{
     BsdfSample, GRAZING, Lobe, Scatter, ScatterEvent, Transport, cosine_on_side, fresnel,
-    layer::{Base, coated_diffuse},
+    layer::Base,
     microfacet::{Ggx, SMOOTH_ALPHA},
     mirrored,
 };
@@ -69,20 +69,13 @@ impl Dielectric {
     #[inline]
     fn lobes(&self, to_camera: Vec3, to_light: Vec3) -> (Scatter, Scatter) {
         let base = self.base();
-        let (f_camera, f_light) = (self.fresnel(to_camera), self.fresnel(to_light));
-        let (p_camera, p_light) = (base.interface_probability(f_camera), base.interface_probability(f_light));
-        let same_side = to_camera.z * to_light.z > 0.0;
-        let diffuse = if same_side {
-            let (camera, light) = ((to_camera, f_camera, 1.0 - p_camera), (to_light, f_light, 1.0 - p_light));
-            coated_diffuse(base.albedo(), camera, light)
-        } else {
-            Scatter::ZERO
-        };
+        let (diffuse, [p_camera, p_light]) =
+            base.remainder((to_camera, self.fresnel(to_camera)), (to_light, self.fresnel(to_light)));
         if self.is_smooth() {
             return (diffuse, Scatter::ZERO);
         }
         let ggx = Ggx { alpha: self.alpha };
-        let specular = if same_side {
+        let specular = if to_camera.z * to_light.z > 0.0 {
             let facet = ggx.reflect(to_camera, to_light);
             let f = fresnel::dielectric(facet.cos_camera, self.eta_across(to_camera));
             let q = base.reflection_probability(f);

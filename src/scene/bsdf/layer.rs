@@ -49,6 +49,26 @@ impl Base {
         ratio(fresnel, (1.0 - fresnel) * self.transmittance().max_element())
     }
 
+    /// The diffuse remainder under an interface that reflects `fresnel_*` towards either end, and the probabilities of
+    /// sampling the interface from there. Nothing of it where the ends lie on different sides.
+    #[inline]
+    pub fn remainder(
+        self,
+        (to_camera, fresnel_camera): (Vec3, f32),
+        (to_light, fresnel_light): (Vec3, f32),
+    ) -> (Scatter, [f32; 2]) {
+        let p_camera = self.interface_probability(fresnel_camera);
+        let p_light = self.interface_probability(fresnel_light);
+        let diffuse = if to_camera.z * to_light.z > 0.0 {
+            let (camera, light) =
+                ((to_camera, fresnel_camera, 1.0 - p_camera), (to_light, fresnel_light, 1.0 - p_light));
+            coated_diffuse(self.albedo(), camera, light)
+        } else {
+            Scatter::ZERO
+        };
+        (diffuse, [p_camera, p_light])
+    }
+
     /// The probability of transmission: what [`Self::reflection_probability`] leaves, and 0 if nothing passes.
     #[inline]
     pub fn transmission_probability(self, fresnel: f32) -> f32 {

@@ -4,7 +4,7 @@ use glam::Vec3;
 
 use super::{
     BsdfSample, GRAZING, Lobe, Scatter, ScatterEvent, Transport, cosine_on_side, fresnel,
-    layer::{Base, coated_diffuse},
+    layer::Base,
     microfacet::{Ggx, SMOOTH_ALPHA},
     mirrored,
 };
@@ -42,19 +42,13 @@ impl ThinDielectric {
     #[inline]
     fn lobes(&self, to_camera: Vec3, to_light: Vec3) -> (Scatter, Scatter) {
         let base = self.base();
-        let f_camera = fresnel::dielectric(to_camera.z.abs(), self.ior);
-        let f_light = fresnel::dielectric(to_light.z.abs(), self.ior);
-        let (p_camera, p_light) = (base.interface_probability(f_camera), base.interface_probability(f_light));
-        let same_side = to_camera.z * to_light.z > 0.0;
-        let diffuse = if same_side {
-            let (camera, light) = ((to_camera, f_camera, 1.0 - p_camera), (to_light, f_light, 1.0 - p_light));
-            coated_diffuse(base.albedo(), camera, light)
-        } else {
-            Scatter::ZERO
-        };
+        let fresnel = |w: Vec3| fresnel::dielectric(w.z.abs(), self.ior);
+        let (diffuse, [p_camera, p_light]) =
+            base.remainder((to_camera, fresnel(to_camera)), (to_light, fresnel(to_light)));
         if self.is_smooth() {
             return (diffuse, Scatter::ZERO);
         }
+        let same_side = to_camera.z * to_light.z > 0.0;
         let ggx = Ggx { alpha: self.alpha };
         let facet = ggx.reflect(to_camera, if same_side { to_light } else { through(to_light) });
         let f = fresnel::dielectric(facet.cos_camera, self.ior);
