@@ -36,7 +36,7 @@
 //! let path = Path::new(&scene, vec![
 //!     Vertex::new(scene.camera.lens_point()),
 //!     Vertex::new(scene.trace(&scene.camera.lens_point(), at(0., -1., -6.).normalize()).expect("the floor")),
-//!     Vertex::new(scene.point_on(PrimitiveId(1), Vec2::new(0.4, 0.3))),
+//!     Vertex::new(scene.point_on(PrimitiveId::world(1), Vec2::new(0.4, 0.3))),
 //! ]);
 //! println!("class {}", path.class());
 //! println!("G(p_1, p_2) = {:.4}", path.geometry_term(1));

@@ -5,7 +5,10 @@ use std::{collections::BTreeMap, path::Path};
 use super::{exit::Failure, terminal};
 use crate::{
     io::{self, Loaded, PunctualLight, ThinLens, View},
-    scene::{bsdf::Bsdf, geometry::PrimitiveId, material::Material},
+    scene::{
+        bsdf::Bsdf,
+        material::{Material, MaterialId},
+    },
 };
 
 pub(super) fn run(path: &Path) -> Result<(), Failure> {
@@ -24,6 +27,10 @@ pub(super) fn describe(loaded: &Loaded) -> String {
         format!("hash       {}", loaded.hash),
         format!("geometry   {} triangles, {} spheres", geometry.triangle_count(), geometry.sphere_count()),
     ];
+    if geometry.instance_count() > 0 {
+        let (instances, meshes) = (geometry.instance_count(), geometry.mesh_count());
+        lines.push(format!("instances  {instances} of {meshes} shared meshes, whose triangles are counted in each"));
+    }
     if let Some(bounds) = geometry.bounds() {
         lines.push(format!("bounds     {} to {}, metres", bounds.min, bounds.max));
     }
@@ -67,18 +74,12 @@ fn materials(materials: &[Material]) -> String {
 /// `12 emissive triangles, 1 emissive sphere, 2 points, 1 sun`.
 fn lights(loaded: &Loaded) -> String {
     let geometry = &loaded.geometry;
-    let emissive = |ids: std::ops::Range<u32>| {
-        ids.filter(|id| {
-            let material = geometry.material(PrimitiveId(*id));
-            loaded.materials[material.0 as usize].emission.max_element() > 0.0
-        })
-        .count()
-    };
+    let emits = |id: MaterialId| loaded.materials[id.0 as usize].emission.max_element() > 0.0;
+    let (spheres, triangles): (Vec<_>, Vec<_>) = geometry.with_material(&emits).partition(|&id| geometry.is_sphere(id));
     let punctual = |is: fn(&PunctualLight) -> bool| loaded.lights.iter().filter(|light| is(light)).count();
-    let triangles = geometry.triangle_count();
     let kinds = [
-        (emissive(0..triangles), "emissive triangles"),
-        (emissive(triangles..geometry.len()), "emissive spheres"),
+        (triangles.len(), "emissive triangles"),
+        (spheres.len(), "emissive spheres"),
         (punctual(|light| matches!(light, PunctualLight::Point { .. })), "points"),
         (punctual(|light| matches!(light, PunctualLight::Spot { .. })), "spots"),
         (punctual(|light| matches!(light, PunctualLight::Directional { .. })), "suns"),

@@ -1,6 +1,6 @@
 //! Accessors: typed arrays in the buffers, read only where every byte was shown to be there.
 
-use glam::Vec3;
+use glam::{Vec3, Vec4};
 use gltf_json::{
     Index, Root,
     accessor::{Accessor, ComponentType, Type},
@@ -151,6 +151,16 @@ impl<'a> Accessors<'a> {
             Fault::invalid(format!("{}/componentType", pointer(index)), what)
         })?;
         Ok(numbers.chunks_exact(3).map(Vec3::from_slice).collect())
+    }
+
+    /// Vectors of four floats, or of 8 or 16 bit integers: rotations. Not checked for being finite.
+    pub(super) fn vec4(&self, index: Index<Accessor>) -> Result<Vec<Vec4>, Fault> {
+        let packed = self.packed(index, Type::Vec4, "rotations have type VEC4")?;
+        let numbers = floats(&packed).ok_or_else(|| {
+            let what = "rotations are floats, or normalized 8 or 16 bit integers";
+            Fault::invalid(format!("{}/componentType", pointer(index)), what)
+        })?;
+        Ok(numbers.chunks_exact(4).map(Vec4::from_slice).collect())
     }
 
     fn packed(&self, index: Index<Accessor>, kind: Type, rule: &str) -> Result<Packed, Fault> {

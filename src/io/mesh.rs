@@ -13,7 +13,7 @@ use super::{
     node::Placed,
 };
 
-/// More triangles than this, instances counted, are refused before they are made.
+/// More triangles than this are refused before they are made. Those of a shared mesh count once.
 pub(super) const MAX_TRIANGLES: usize = 1 << 27;
 
 /// Compressed primitives; some files have plain ones as well, for readers like this one.

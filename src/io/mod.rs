@@ -1,11 +1,11 @@
 //! Reading scenes: glTF 2.0, as `.gltf` and `.glb`.
 //!
-//! [`load`] reads a file into world space: triangles and spheres as [`Geometry`], [`Material`]s, lights without a surface,
-//! and cameras. Whatever is wrong with a file is one sentence ([`LoadError`]); whatever it asks for that this version does
+//! [`load`] reads a file into world space: triangles, spheres and instances of shared meshes as [`Geometry`], [`Material`]s,
+//! lights without a surface, and cameras. Whatever is wrong with a file is one sentence ([`LoadError`]); whatever it asks for that this version does
 //! not do is a sentence in [`Loaded::warnings`]; no input makes it panic.
 //!
 //! # Extensions
-//! `KHR_lights_punctual`, `KHR_mesh_quantization`, and of the materials `KHR_materials_emissive_strength`, `_ior`,
+//! `EXT_mesh_gpu_instancing`, `KHR_lights_punctual`, `KHR_mesh_quantization`, and of the materials `KHR_materials_emissive_strength`, `_ior`,
 //! `_specular`, `_transmission` and `_volume`. A *required* extension outside of this list is an error, an optional one a
 //! warning. Ours are the node extension
 //!
@@ -39,6 +39,7 @@ mod buffer;
 mod camera;
 mod document;
 mod error;
+mod instancing;
 mod light;
 mod material;
 mod mesh;
@@ -66,13 +67,13 @@ use crate::scene::{
 use accessor::Accessors;
 use buffer::{Buffers, Hash};
 use error::{Fault, one_line};
-use mesh::{MAX_TRIANGLES, Part};
+use instancing::{Counts, Shown};
 use node::Placed;
 
 /// A scene as its file describes it.
 #[derive(Clone, Debug)]
 pub struct Loaded {
-    /// Triangles and spheres in world space, not yet built into a tree.
+    /// Triangles, spheres and instances, not yet built into a tree.
     pub geometry: Geometry,
     /// The materials: those of the file in its order, then the default material if something uses it.
     pub materials: Vec<Material>,
@@ -171,8 +172,9 @@ fn read(bytes: &[u8], folder: &Path, file: &str) -> Result<Loaded, LoadError> {
 struct Assembly<'a> {
     root: &'a Root,
     accessors: Accessors<'a>,
-    /// The parts of each mesh that some node has shown.
-    meshes: Vec<Option<Vec<Part>>>,
+    /// The meshes of the file, in its order.
+    meshes: Vec<Shown>,
+    counts: Counts,
     default_material: Option<MaterialId>,
     loaded: Loaded,
 }
@@ -183,7 +185,8 @@ impl<'a> Assembly<'a> {
         Ok(Self {
             root,
             accessors: Accessors::new(root, buffers),
-            meshes: root.meshes.iter().map(|_| None).collect(),
+            meshes: root.meshes.iter().map(|_| Shown::default()).collect(),
+            counts: Counts::default(),
             default_material: None,
             loaded: Loaded {
                 geometry: Geometry::default(),
@@ -199,10 +202,12 @@ impl<'a> Assembly<'a> {
 
     fn nodes(&mut self) -> Result<(), Fault> {
         let mut skinned = 0;
-        for placed in node::hierarchy(self.root, &mut self.loaded.warnings)? {
+        let nodes = node::hierarchy(self.root, &mut self.loaded.warnings)?;
+        self.count_uses(&nodes)?;
+        for placed in nodes {
             let Some(node) = self.root.nodes.get(placed.index) else { continue };
             if let Some(mesh) = node.mesh {
-                self.mesh(mesh.value(), &placed)?;
+                self.mesh(mesh.value(), node, &placed)?;
                 skinned += u32::from(node.skin.is_some());
             }
             if let Some(index) = node.camera {
@@ -221,28 +226,6 @@ impl<'a> Assembly<'a> {
         if skinned > 0 {
             self.loaded.warnings.push(format!("skins are not read yet: {skinned} meshes are shown unposed"));
         }
-        Ok(())
-    }
-
-    fn mesh(&mut self, index: usize, node: &Placed) -> Result<(), Fault> {
-        let Some(slot) = self.meshes.get_mut(index) else { return Ok(()) };
-        let parts = match slot.take() {
-            Some(parts) => parts,
-            None => mesh::read(self.root, self.accessors, index, &mut self.loaded.warnings)?,
-        };
-        for part in &parts {
-            let triangles = self.loaded.summary.triangles + part.triangles.len();
-            if triangles > MAX_TRIANGLES {
-                let what = format!("the scene has {triangles} triangles by here, and {MAX_TRIANGLES} is the limit");
-                return Err(Fault::too_large(node.pointer(), what));
-            }
-            self.loaded.summary.triangles = triangles;
-            let material = self.material(part.material);
-            let world = mesh::place(part, node)?;
-            let normals = world.normals.as_deref();
-            self.loaded.geometry.add_triangles(&world.positions, normals, &world.triangles, material);
-        }
-        self.meshes[index] = Some(parts);
         Ok(())
     }
 

@@ -2,6 +2,7 @@
 
 mod corpus;
 mod errors;
+mod instancing;
 mod reading;
 
 use std::path::Path;

@@ -5,6 +5,7 @@ pub mod bsdf;
 pub mod camera;
 pub mod geometry;
 pub mod light;
+mod light_index;
 pub mod material;
 pub mod point;
 
@@ -14,7 +15,8 @@ use self::{
     bsdf::Bsdf,
     camera::{Camera, Raster},
     geometry::{Geometry, PrimitiveId, Ray},
-    light::{Light, LightId, Lights},
+    light::{Light, Lights},
+    light_index::LightIndex,
     material::{Material, MaterialId},
     point::{Place, Point},
 };
@@ -28,7 +30,7 @@ pub struct Scene {
     geometry: Geometry,
     materials: Vec<Material>,
     lights: Lights,
-    light_of: Vec<Option<LightId>>,
+    light_of: LightIndex,
 }
 
 impl Scene {
@@ -39,10 +41,7 @@ impl Scene {
     pub fn new(mut geometry: Geometry, materials: Vec<Material>, others: &[Light], camera: Camera) -> Self {
         geometry.build();
         let lights = Lights::new(&geometry, &materials, others);
-        let mut light_of = vec![None; geometry.len() as usize];
-        for (id, primitive) in lights.area_lights() {
-            light_of[primitive.0 as usize] = Some(id);
-        }
+        let light_of = LightIndex::new(&geometry, &lights);
         Self { camera, geometry, materials, lights, light_of }
     }
 
@@ -73,7 +72,7 @@ impl Scene {
         let ray = Ray { origin, direction: w, t_max: f32::INFINITY };
         let hit = self.geometry.closest(&ray, skip)?;
         let surface = self.geometry.surface(&ray, &hit);
-        let light = self.light_of[hit.primitive.0 as usize];
+        let light = self.light_of.get(hit.primitive);
         Some(Point::on_surface(&surface, hit.primitive, self.geometry.material(hit.primitive), &self.materials, light))
     }
 
@@ -99,7 +98,7 @@ impl Scene {
 
     /// A point of a primitive, uniform in its area for uniform `u`: for building paths by hand.
     pub fn point_on(&self, primitive: PrimitiveId, u: Vec2) -> Point {
-        let light = self.light_of[primitive.0 as usize];
+        let light = self.light_of.get(primitive);
         let material = self.geometry.material(primitive);
         Point::on_surface(&self.geometry.sample(primitive, u), primitive, material, &self.materials, light)
     }

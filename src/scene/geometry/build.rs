@@ -12,7 +12,7 @@ use obvhs::{
 
 use super::{
     Bounds,
-    bvh::{Child, LeafPrimitive, MAX_DEPTH, Node, Shape, Tree},
+    bvh::{Child, Leaf, MAX_DEPTH, Node, Tree},
     ray::BoxPair,
 };
 
@@ -23,11 +23,8 @@ const MAX_LEAF: usize = 8;
 const TRAVERSAL_COST: f32 = 1.5;
 
 /// Builds the tree over any number of primitives, given in the order of their ids.
-pub(super) fn build(mut primitives: Vec<LeafPrimitive>) -> Tree {
-    primitives.retain(|p| match p.shape {
-        Shape::Triangle(t) => !t.is_degenerate(),
-        Shape::Sphere(s) => s.radius > 0.0,
-    });
+pub(super) fn build<L: Leaf>(mut primitives: Vec<L>) -> Tree<L> {
+    primitives.retain(Leaf::is_solid);
     drop_copies(&mut primitives);
     let groups = group(&primitives);
     let shape = (groups.len() > 1).then(|| cluster(&groups));
@@ -37,15 +34,14 @@ pub(super) fn build(mut primitives: Vec<LeafPrimitive>) -> Tree {
 
 /// Keeps of each set of identical triangles the three with the smallest ids: a ray skips at most two, and of the
 /// others the smallest id is hit, so further copies can never matter.
-fn drop_copies(primitives: &mut Vec<LeafPrimitive>) {
+fn drop_copies<L: Leaf>(primitives: &mut Vec<L>) {
     let mut seen = HashMap::<_, u8>::new();
-    primitives.retain(|p| match &p.shape {
-        Shape::Triangle(t) => {
+    primitives.retain(|p| {
+        p.triangle().is_none_or(|t| {
             let copies = seen.entry(t.0.map(|c| c.map(f32::to_bits))).or_default();
             *copies = copies.saturating_add(1);
             *copies <= 3
-        }
-        Shape::Sphere(_) => true,
+        })
     });
 }
 
@@ -57,7 +53,7 @@ struct Group {
 
 /// Groups primitives whose boxes are the same, on which obvhs takes quadratic time. The boxes are scaled to the unit
 /// cube, where its areas neither over- nor underflow.
-fn group(primitives: &[LeafPrimitive]) -> Vec<Group> {
+fn group<L: Leaf>(primitives: &[L]) -> Vec<Group> {
     let Some(all) = bounds(primitives) else { return Vec::new() };
     let origin = all.min.as_dvec3();
     let size = (all.max.as_dvec3() - origin).max_element();
@@ -66,7 +62,7 @@ fn group(primitives: &[LeafPrimitive]) -> Vec<Group> {
     let mut index = HashMap::new();
     let mut groups = Vec::<Group>::new();
     for (i, p) in primitives.iter().enumerate() {
-        let b = p.shape.bounds();
+        let b = p.bounds();
         let (min, max) = (unit(b.min), unit(b.max));
         let key = [min, max].map(|v| v.to_array().map(f32::to_bits));
         let slot = *index.entry(key).or_insert_with(|| {
@@ -88,8 +84,8 @@ fn cluster(groups: &[Group]) -> Bvh2 {
     build_bvh2(&boxes, parameters, &mut Duration::default())
 }
 
-fn bounds(primitives: &[LeafPrimitive]) -> Option<Bounds> {
-    primitives.iter().map(|p| p.shape.bounds()).reduce(|a, b| a.union(b))
+fn bounds<L: Leaf>(primitives: &[L]) -> Option<Bounds> {
+    primitives.iter().map(|p| p.bounds()).reduce(|a, b| a.union(b))
 }
 
 /// The number of levels of a balanced tree over n primitives.
@@ -98,8 +94,8 @@ fn balanced_height(n: usize) -> usize {
 }
 
 /// The tree to be: the primitives in the order of obvhs's leaves, so that every subtree is a range of them.
-struct Draft {
-    primitives: Vec<LeafPrimitive>,
+struct Draft<L> {
+    primitives: Vec<L>,
     shape: Option<Bvh2>,
     /// Of each node of `shape`: its primitives, and the inner nodes on the longest way down from it.
     ranges: Vec<Range<usize>>,
@@ -112,8 +108,8 @@ struct Subtree {
     node: Option<usize>,
 }
 
-impl Draft {
-    fn new(primitives: &[LeafPrimitive], groups: &[Group], shape: Option<Bvh2>) -> Self {
+impl<L: Leaf> Draft<L> {
+    fn new(primitives: &[L], groups: &[Group], shape: Option<Bvh2>) -> Self {
         let mut draft = Self {
             primitives: Vec::with_capacity(primitives.len()),
             shape: None,
@@ -179,8 +175,8 @@ impl Draft {
         let part = &mut self.primitives[range.clone()];
         let extent = bounds(part).map_or(Vec3::ZERO, |b| b.max - b.min);
         let axis = extent.max_position();
-        let center = |p: &LeafPrimitive| {
-            let b = p.shape.bounds();
+        let center = |p: &L| {
+            let b = p.bounds();
             0.5 * b.min[axis] + 0.5 * b.max[axis]
         };
         part.sort_by(|a, b| center(a).total_cmp(&center(b)));
@@ -189,7 +185,7 @@ impl Draft {
     }
 
     /// Writes the nodes, each before what hangs below it.
-    fn emit(mut self) -> Tree {
+    fn emit(mut self) -> Tree<L> {
         let mut nodes = Vec::<Node>::new();
         let mut root = Child::default();
         let all = Subtree { range: 0..self.primitives.len(), node: self.shape.as_ref().map(|_| 0) };

@@ -1,9 +1,10 @@
-//! The tree over the primitives, and the two ways a ray walks it.
-
-use glam::Vec2;
+//! The tree over primitives, and how a ray walks it.
+//!
+//! There are two levels of the same tree: one over the world's primitives, in which an instance is a primitive too, and
+//! one over the triangles of each instanced mesh.
 
 use super::{
-    Bounds, Hit, PrimitiveId, Ray,
+    Bounds,
     ray::{BoxPair, Prepared},
     sphere::Sphere,
     triangle::Triangle,
@@ -28,73 +29,105 @@ pub(super) struct Child {
     pub count: u32,
 }
 
-/// A primitive as the tree's leaves hold it, in leaf order.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct LeafPrimitive {
-    pub shape: Shape,
-    pub id: PrimitiveId,
+/// A primitive as a tree's leaves hold it, in leaf order.
+pub(super) trait Leaf: Copy {
+    fn bounds(&self) -> Bounds;
+
+    /// The triangle, if it is one.
+    fn triangle(&self) -> Option<&Triangle>;
+
+    /// Whether any ray meets it.
+    fn is_solid(&self) -> bool;
 }
 
-/// The geometry of a leaf primitive.
+/// A triangle of an instanced mesh. 40 bytes.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct MeshLeaf {
+    pub triangle: Triangle,
+    /// The triangle's number in its mesh.
+    pub index: u32,
+}
+
+/// What lies in world space: a primitive, or an instance. 44 bytes.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct WorldLeaf {
+    pub shape: Shape,
+    /// The number of the primitive, or that of the instance.
+    pub index: u32,
+}
+
+/// The geometry of a leaf in world space.
 #[derive(Clone, Copy, Debug)]
 pub(super) enum Shape {
     Triangle(Triangle),
     Sphere(Sphere),
+    /// The box of an instance.
+    Instance(Bounds),
 }
 
-impl Shape {
-    pub fn bounds(&self) -> Bounds {
-        match self {
-            Self::Triangle(t) => t.bounds(),
-            Self::Sphere(s) => s.bounds(),
+impl Leaf for MeshLeaf {
+    fn bounds(&self) -> Bounds {
+        self.triangle.bounds()
+    }
+
+    fn triangle(&self) -> Option<&Triangle> {
+        Some(&self.triangle)
+    }
+
+    fn is_solid(&self) -> bool {
+        !self.triangle.is_degenerate()
+    }
+}
+
+impl Leaf for WorldLeaf {
+    fn bounds(&self) -> Bounds {
+        match self.shape {
+            Shape::Triangle(t) => t.bounds(),
+            Shape::Sphere(s) => s.bounds(),
+            Shape::Instance(b) => b,
+        }
+    }
+
+    fn triangle(&self) -> Option<&Triangle> {
+        match &self.shape {
+            Shape::Triangle(t) => Some(t),
+            Shape::Sphere(_) | Shape::Instance(_) => None,
+        }
+    }
+
+    fn is_solid(&self) -> bool {
+        match self.shape {
+            Shape::Triangle(t) => !t.is_degenerate(),
+            Shape::Sphere(s) => s.radius > 0.0,
+            Shape::Instance(_) => true,
         }
     }
 }
 
-impl LeafPrimitive {
-    /// Where the ray meets this primitive at t > 0, unless it is a triangle that is to be skipped.
-    #[inline]
-    pub fn intersect(&self, ray: &Prepared, skip: &[PrimitiveId]) -> Option<Hit> {
-        let (t, barycentric) = match &self.shape {
-            Shape::Triangle(s) => s.intersect(ray).filter(|_| !skip.contains(&self.id))?,
-            Shape::Sphere(s) => (s.intersect(ray)?, Vec2::ZERO),
-        };
-        Some(Hit { t, primitive: self.id, barycentric })
-    }
-}
-
-/// The tree: inner nodes, and the primitives in the order of its leaves.
+/// A tree: inner nodes, and the primitives in the order of its leaves.
 #[derive(Clone, Debug)]
-pub(super) struct Tree {
+pub(super) struct Tree<L> {
     pub nodes: Vec<Node>,
-    pub primitives: Vec<LeafPrimitive>,
+    pub primitives: Vec<L>,
     /// An inner node or, for few primitives, a leaf.
     pub root: Child,
 }
 
-impl Tree {
-    fn leaf(&self, child: Child) -> &[LeafPrimitive] {
-        &self.primitives[child.first as usize..][..child.count as usize]
-    }
-
-    /// The closest hit; of several at the same distance the one with the smallest id.
-    pub fn closest(&self, ray: &Ray, skip: PrimitiveId) -> Option<Hit> {
-        let prepared = Prepared::new(ray);
-        let mut best: Option<Hit> = None;
-        let mut limit = ray.t_max;
+impl<L: Leaf> Tree<L> {
+    /// Visits the leaves that the ray enters at `limit` or before, the nearer of two siblings first. `visit` gets a
+    /// leaf's primitives and the present limit, and returns the new one, which must not be larger; −∞ ends the walk.
+    ///
+    /// Leaves that begin exactly at the limit are visited: they may hold an equal hit with a smaller id.
+    #[inline]
+    pub fn walk(&self, ray: &Prepared, mut limit: f32, mut visit: impl FnMut(&[L], f32) -> f32) {
         let mut stack = [(0.0_f32, Child::default()); MAX_DEPTH];
         let mut top = 0;
         let mut current = self.root;
         loop {
             if current.count > 0 {
-                for hit in self.leaf(current).iter().filter_map(|p| p.intersect(&prepared, &[skip])) {
-                    if best.map_or(hit.t < limit, |b| (hit.t, hit.primitive) < (b.t, b.primitive)) {
-                        limit = hit.t;
-                        best = Some(hit);
-                    }
-                }
+                limit = visit(&self.primitives[current.first as usize..][..current.count as usize], limit);
             } else if let Some(node) = self.nodes.get(current.first as usize) {
-                let [a, b] = prepared.clip_pair(&node.boxes);
+                let [a, b] = ray.clip_pair(&node.boxes);
                 let [left, right] = node.children;
                 match (a.near <= a.far.min(limit), b.near <= b.far.min(limit)) {
                     (true, true) => {
@@ -116,10 +149,9 @@ impl Tree {
                     (false, false) => {}
                 }
             }
-            // Boxes that begin exactly at the hit stay: they may hold an equal one with a smaller id.
             loop {
                 if top == 0 {
-                    return best;
+                    return;
                 }
                 top -= 1;
                 if stack[top].0 <= limit {
@@ -127,47 +159,6 @@ impl Tree {
                     break;
                 }
             }
-        }
-    }
-
-    /// Whether anything is hit. The builder puts the larger child, which is likelier to be hit, first.
-    pub fn occluded(&self, ray: &Ray, skip: [PrimitiveId; 2]) -> bool {
-        let prepared = Prepared::new(ray);
-        let mut stack = [Child::default(); MAX_DEPTH];
-        let mut top = 0;
-        let mut current = self.root;
-        loop {
-            if current.count > 0 {
-                let mut hits = self.leaf(current).iter().filter_map(|p| p.intersect(&prepared, &skip));
-                if hits.any(|hit| hit.t < ray.t_max) {
-                    return true;
-                }
-            } else if let Some(node) = self.nodes.get(current.first as usize) {
-                let [a, b] = prepared.clip_pair(&node.boxes);
-                let [left, right] = node.children;
-                match (a.near <= a.far.min(ray.t_max), b.near <= b.far.min(ray.t_max)) {
-                    (true, true) => {
-                        stack[top] = right;
-                        top += 1;
-                        current = left;
-                        continue;
-                    }
-                    (true, false) => {
-                        current = left;
-                        continue;
-                    }
-                    (false, true) => {
-                        current = right;
-                        continue;
-                    }
-                    (false, false) => {}
-                }
-            }
-            if top == 0 {
-                return false;
-            }
-            top -= 1;
-            current = stack[top];
         }
     }
 }

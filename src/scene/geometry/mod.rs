@@ -1,14 +1,19 @@
-//! Triangles and spheres: their storage, their surfaces and the rays that meet them.
+//! Triangles and spheres, instances of meshes, the surfaces of all of them, and the rays that meet them.
 //!
-//! Triangle tests are watertight, hits at equal distance are decided by the smaller id, and what a ray hits is the
-//! same whatever the tree. Coordinates up to about 1e18 m in magnitude can be hit.
+//! Triangle tests are watertight within a mesh and within the world's own triangles, hits at equal distance are decided
+//! by the smaller id, and what a ray hits is the same whatever the tree. Coordinates up to about 1e18 m in magnitude can
+//! be hit.
 //!
-//! Memory: a triangle takes 16 bytes of indices, 44 bytes in a leaf and its share of a 64-byte node (one for about
-//! two or three triangles); a vertex takes 24 bytes.
+//! Memory: a triangle takes 16 bytes of indices, 44 bytes in a leaf (40 in an instanced mesh's) and its share of a
+//! 64-byte node (one for about two or three triangles); a vertex takes 24 bytes. An instance takes 264 bytes, 44 bytes
+//! in a leaf and its share of a node, whatever its mesh.
 
 mod build;
 mod bvh;
+mod instance;
+mod mesh;
 mod offset;
+mod query;
 mod ray;
 mod sphere;
 #[cfg(test)]
@@ -18,22 +23,66 @@ mod triangle;
 use glam::{Vec2, Vec3};
 
 use self::{
-    bvh::{LeafPrimitive, Shape, Tree},
+    bvh::{Leaf, MeshLeaf, Shape, Tree, WorldLeaf},
+    instance::Instance,
     sphere::Sphere,
-    triangle::Triangle,
 };
-pub use self::{offset::offset_origin, ray::Ray};
+pub use self::{instance::Placement, mesh::Mesh, offset::offset_origin, ray::Ray};
 use super::material::MaterialId;
 use crate::sampling::warp;
 
-/// The index of a primitive of the scene: triangles first, then spheres.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub struct PrimitiveId(pub u32);
+/// Names a primitive of the scene: one in world space, or a triangle of an instance. World-space primitives come first in
+/// the order, by which equal distances are decided; then instances, one after the other.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct PrimitiveId {
+    /// [`Self::WORLD`], or one more than the instance's number.
+    instance: u32,
+    /// In world space triangles first, then spheres; in an instance the triangle's number in its mesh.
+    index: u32,
+}
 
 impl PrimitiveId {
     /// No primitive.
-    pub const NONE: Self = Self(u32::MAX);
+    pub const NONE: Self = Self { instance: u32::MAX, index: u32::MAX };
+
+    const WORLD: u32 = 0;
+
+    /// The world-space primitive of that number: triangles first, then spheres, each in the order in which they were added.
+    pub const fn world(index: u32) -> Self {
+        Self { instance: Self::WORLD, index }
+    }
+
+    /// Triangle `index` of the mesh of instance `instance`, both in the order in which they were added.
+    ///
+    /// # Panics
+    /// If `instance` is 2³² − 2 or more.
+    pub const fn of(instance: u32, index: u32) -> Self {
+        assert!(instance < u32::MAX - 1, "instances are counted by fewer than 2³² − 2");
+        Self { instance: instance + 1, index }
+    }
+
+    /// The number of the instance that the primitive belongs to; `None` in world space.
+    #[inline]
+    pub const fn instance(self) -> Option<u32> {
+        self.instance.checked_sub(1)
+    }
+
+    /// The number in world space, or of the triangle in its mesh.
+    #[inline]
+    pub const fn index(self) -> u32 {
+        self.index
+    }
+
+    /// The number within `instance` (as the field of that name), or one that no primitive has.
+    #[inline]
+    fn index_in(self, instance: u32) -> u32 {
+        if self.instance == instance { self.index } else { u32::MAX }
+    }
 }
+
+/// Names a mesh that is kept once for all of its instances.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct MeshId(pub u32);
 
 /// Where a ray meets a primitive.
 #[derive(Clone, Copy, Debug)]
@@ -75,30 +124,29 @@ impl Bounds {
     }
 }
 
-/// All primitives of a scene and the tree over them.
+/// All primitives of a scene and the trees over them.
 #[derive(Clone, Debug, Default)]
 pub struct Geometry {
-    positions: Vec<Vec3>,
-    /// As long as `positions`; zero where a mesh has no normals.
-    normals: Vec<Vec3>,
-    triangles: Vec<IndexedTriangle>,
+    world: Mesh,
     spheres: Vec<(Sphere, MaterialId)>,
-    tree: Option<Tree>,
+    meshes: Vec<InstancedMesh>,
+    instances: Vec<Instance>,
+    tree: Option<Tree<WorldLeaf>>,
 }
 
-#[derive(Clone, Copy, Debug)]
-struct IndexedTriangle {
-    corners: [u32; 3],
-    material: MaterialId,
+/// A mesh that is kept once, with the tree over it.
+#[derive(Clone, Debug)]
+struct InstancedMesh {
+    mesh: Mesh,
+    bounds: Option<Bounds>,
+    tree: Tree<MeshLeaf>,
 }
 
 impl Geometry {
-    /// Adds triangles with world-space corners, optional per-corner-vertex normals, and indices into both. A triangle
-    /// whose corners lie on one line has an id and an area of zero, and is never hit.
+    /// Adds triangles with world-space corners; see [`Mesh::add_triangles`].
     ///
     /// # Panics
-    /// If an index is out of range, `normals` has another length than `positions`, or a coordinate is not finite:
-    /// readers of files check these first and say where. Also after [`Self::build`].
+    /// As [`Mesh::add_triangles`]. Also after [`Self::build`].
     pub fn add_triangles(
         &mut self,
         positions: &[Vec3],
@@ -106,22 +154,8 @@ impl Geometry {
         indices: &[[u32; 3]],
         material: MaterialId,
     ) {
-        assert!(self.tree.is_none(), "primitives come before build()");
-        assert!(positions.iter().all(|p| p.is_finite()), "positions are finite");
-        assert!(indices.as_flattened().iter().all(|&i| (i as usize) < positions.len()), "indices are in range");
-        let base = u32::try_from(self.positions.len()).expect("fewer than 2³² vertices");
-        self.positions.extend_from_slice(positions);
-        u32::try_from(self.positions.len()).expect("fewer than 2³² vertices");
-        match normals {
-            Some(normals) => {
-                assert_eq!(normals.len(), positions.len(), "one normal per position");
-                assert!(normals.iter().all(|n| n.is_finite()), "normals are finite");
-                self.normals.extend_from_slice(normals);
-            }
-            None => self.normals.resize(self.positions.len(), Vec3::ZERO),
-        }
-        let shifted = indices.iter().map(|t| IndexedTriangle { corners: t.map(|i| base + i), material });
-        self.triangles.extend(shifted);
+        self.assert_unbuilt();
+        self.world.add_triangles(positions, normals, indices, material);
     }
 
     /// Adds an analytic sphere; one of radius 0 is never hit.
@@ -129,31 +163,65 @@ impl Geometry {
     /// # Panics
     /// If a coordinate of the sphere's box is not finite, or the radius is negative. Also after [`Self::build`].
     pub fn add_sphere(&mut self, center: Vec3, radius: f32, material: MaterialId) {
-        assert!(self.tree.is_none(), "primitives come before build()");
+        self.assert_unbuilt();
         let sphere = Sphere { center, radius };
         let Bounds { min, max } = sphere.bounds();
         assert!(radius >= 0.0 && min.is_finite() && max.is_finite(), "a sphere is finite");
         self.spheres.push((sphere, material));
     }
 
-    /// Builds the tree. No primitive may be added afterwards; ids are final from here on.
+    /// Adds a mesh to be placed by [`Self::add_instance`], and builds its tree. By itself it is nowhere.
     ///
     /// # Panics
-    /// With 2³² − 1 primitives or more.
+    /// After [`Self::build`].
+    pub fn add_mesh(&mut self, mesh: Mesh) -> MeshId {
+        self.assert_unbuilt();
+        let id = MeshId(u32::try_from(self.meshes.len()).expect("fewer than 2³² meshes"));
+        let (bounds, tree) = (mesh.bounds(), build::build(mesh.leaves().collect()));
+        self.meshes.push(InstancedMesh { mesh, bounds, tree });
+        id
+    }
+
+    /// Places a mesh. Its triangles become primitives of their own, named by [`PrimitiveId::of`] this instance's number.
+    ///
+    /// # Panics
+    /// If the mesh's world-space box ([`Self::placed_bounds`]) is not finite. Also after [`Self::build`].
+    pub fn add_instance(&mut self, mesh: MeshId, placement: Placement) {
+        self.assert_unbuilt();
+        // A mesh without triangles has no box; an instance of it would be nothing, and is.
+        let Some(bounds) = self.placed_bounds(mesh, &placement) else { return };
+        assert!(bounds.min.is_finite() && bounds.max.is_finite(), "an instance is finite");
+        self.instances.push(Instance::new(mesh.0, placement, bounds));
+    }
+
+    /// A world-space box around a mesh as it would be placed; `None` if it has no triangles. Not finite if it reaches
+    /// beyond the range of f32.
+    pub fn placed_bounds(&self, mesh: MeshId, placement: &Placement) -> Option<Bounds> {
+        self.meshes[mesh.0 as usize].bounds.map(|bounds| placement.bounds(bounds))
+    }
+
+    /// Builds the tree. Nothing may be added afterwards; ids are final from here on.
+    ///
+    /// # Panics
+    /// With 2³² − 2 primitives in world space or instances, or more.
     pub fn build(&mut self) {
-        assert!(self.triangles.len() + self.spheres.len() < u32::MAX as usize, "fewer than 2³² − 1 primitives");
-        let primitives = (0..self.len()).map(PrimitiveId).map(|id| LeafPrimitive { shape: self.shape(id), id });
-        self.tree = Some(build::build(primitives.collect()));
+        let count = self.world.len() as usize + self.spheres.len();
+        assert!(count.max(self.instances.len()) < u32::MAX as usize - 1, "fewer than 2³² − 2 primitives");
+        let primitives = (0..self.world_len()).map(|index| WorldLeaf { shape: self.shape(index), index });
+        let instances =
+            (0..).zip(&self.instances).map(|(index, i)| WorldLeaf { shape: Shape::Instance(i.bounds), index });
+        self.tree = Some(build::build(primitives.chain(instances).collect()));
     }
 
-    /// The number of primitives; their ids are 0…n−1.
-    pub fn len(&self) -> u32 {
-        self.triangle_count() + self.sphere_count()
+    /// The number of primitives in world space; their ids are [`PrimitiveId::world`] of 0…n−1.
+    pub fn world_len(&self) -> u32 {
+        self.world.len() + self.spheres.len() as u32
     }
 
-    /// The number of triangles.
-    pub fn triangle_count(&self) -> u32 {
-        self.triangles.len() as u32
+    /// The number of triangles, those of instances counted as often as they are there.
+    pub fn triangle_count(&self) -> u64 {
+        let instanced = self.instances.iter().map(|i| u64::from(self.meshes[i.mesh as usize].mesh.len()));
+        u64::from(self.world.len()) + instanced.sum::<u64>()
     }
 
     /// The number of spheres.
@@ -161,38 +229,43 @@ impl Geometry {
         self.spheres.len() as u32
     }
 
+    /// The number of instances.
+    pub fn instance_count(&self) -> u32 {
+        self.instances.len() as u32
+    }
+
     /// Whether there are no primitives.
     pub fn is_empty(&self) -> bool {
-        self.len() == 0
+        self.world_len() == 0 && self.instances.is_empty()
     }
 
     /// The box around everything, `None` if there is nothing.
     pub fn bounds(&self) -> Option<Bounds> {
-        (0..self.len()).map(|i| self.shape(PrimitiveId(i)).bounds()).reduce(Bounds::union)
+        let primitives = (0..self.world_len()).map(|i| WorldLeaf { shape: self.shape(i), index: i }.bounds());
+        primitives.chain(self.instances.iter().map(|i| i.bounds)).reduce(Bounds::union)
     }
 
-    /// The closest hit, not counting `skip` if that is a flat primitive (a sphere may be hit again from inside).
-    /// Of several hits at the same distance it is the one with the smallest id.
-    ///
-    /// # Panics
-    /// If there are primitives, but [`Self::build`] has not been called.
-    pub fn closest(&self, ray: &Ray, skip: PrimitiveId) -> Option<Hit> {
-        self.tree()?.closest(ray, skip)
-    }
-
-    /// Whether anything but the two flat primitives in `skip` lies on the segment.
-    ///
-    /// # Panics
-    /// If there are primitives, but [`Self::build`] has not been called.
-    pub fn occluded(&self, ray: &Ray, skip: [PrimitiveId; 2]) -> bool {
-        self.tree().is_some_and(|tree| tree.occluded(ray, skip))
+    /// The primitives with an area and a material that `wanted` picks, in the order of their ids. Of every mesh's
+    /// instances, those picked are the same, in the same order.
+    pub fn with_material(&self, wanted: &impl Fn(MaterialId) -> bool) -> impl Iterator<Item = PrimitiveId> {
+        let world = (0..self.world_len()).map(PrimitiveId::world);
+        let world = world.filter(|&id| wanted(self.material(id)) && self.area(id) > 0.0);
+        let of_mesh = |m: &InstancedMesh| -> Vec<u32> {
+            (0..m.mesh.len()).filter(|&i| wanted(m.mesh.material(i)) && !m.mesh.triangle(i).is_degenerate()).collect()
+        };
+        let picked: Vec<Vec<u32>> = self.meshes.iter().map(of_mesh).collect();
+        let instances = (0..self.instance_count()).flat_map(move |n| {
+            let indices = picked[self.mesh_of(n).0 as usize].clone();
+            indices.into_iter().map(move |i| PrimitiveId::of(n, i))
+        });
+        world.chain(instances)
     }
 
     /// The surface where `ray` hit.
     pub fn surface(&self, ray: &Ray, hit: &Hit) -> Surface {
-        match self.shape(hit.primitive) {
-            Shape::Triangle(triangle) => self.triangle_surface(hit.primitive, triangle, hit.barycentric),
-            Shape::Sphere(sphere) => {
+        match self.sphere(hit.primitive) {
+            None => self.triangle_surface(hit.primitive, hit.barycentric),
+            Some((sphere, _)) => {
                 let p = ray.origin.as_dvec3() + f64::from(hit.t) * ray.direction.as_dvec3();
                 sphere_surface(sphere.point(p - sphere.center.as_dvec3()))
             }
@@ -201,56 +274,90 @@ impl Geometry {
 
     /// The material of a primitive.
     pub fn material(&self, primitive: PrimitiveId) -> MaterialId {
-        match self.triangles.get(primitive.0 as usize) {
-            Some(t) => t.material,
-            None => self.sphere(primitive).1,
+        match (primitive.instance(), self.sphere(primitive)) {
+            (Some(number), _) => self.instance(number).1.material(primitive.index),
+            (None, Some((_, material))) => *material,
+            (None, None) => self.world.material(primitive.index),
         }
     }
 
     /// The area of a primitive, m².
     pub fn area(&self, primitive: PrimitiveId) -> f32 {
-        match self.shape(primitive) {
-            Shape::Triangle(t) => t.area(),
-            Shape::Sphere(s) => s.area(),
+        match (primitive.instance(), self.sphere(primitive)) {
+            (Some(number), _) => {
+                let (instance, mesh) = self.instance(number);
+                instance.area(mesh, primitive.index)
+            }
+            (None, Some((sphere, _))) => sphere.area(),
+            (None, None) => self.world.triangle(primitive.index).area(),
         }
+    }
+
+    /// Whether the primitive is an analytic sphere.
+    pub fn is_sphere(&self, primitive: PrimitiveId) -> bool {
+        self.sphere(primitive).is_some()
     }
 
     /// A point of the primitive, uniform in area (density 1/area).
     pub fn sample(&self, primitive: PrimitiveId, u: Vec2) -> Surface {
-        match self.shape(primitive) {
-            Shape::Triangle(t) => self.triangle_surface(primitive, t, warp::triangle(u)),
-            Shape::Sphere(s) => sphere_surface(s.point(warp::sphere(u).as_dvec3())),
+        match self.sphere(primitive) {
+            None => self.triangle_surface(primitive, warp::triangle(u)),
+            Some((sphere, _)) => sphere_surface(sphere.point(warp::sphere(u).as_dvec3())),
         }
     }
 
-    fn tree(&self) -> Option<&Tree> {
+    /// The number of meshes that are kept for instances.
+    pub fn mesh_count(&self) -> usize {
+        self.meshes.len()
+    }
+
+    /// A mesh that is kept for instances.
+    pub fn mesh(&self, id: MeshId) -> &Mesh {
+        &self.meshes[id.0 as usize].mesh
+    }
+
+    /// The mesh that an instance shows.
+    pub fn mesh_of(&self, instance: u32) -> MeshId {
+        MeshId(self.instances[instance as usize].mesh)
+    }
+
+    fn assert_unbuilt(&self) {
+        assert!(self.tree.is_none(), "primitives come before build()");
+    }
+
+    fn tree(&self) -> Option<&Tree<WorldLeaf>> {
         assert!(self.tree.is_some() || self.is_empty(), "build() comes before rays");
         self.tree.as_ref()
     }
 
-    fn shape(&self, primitive: PrimitiveId) -> Shape {
-        match self.triangles.get(primitive.0 as usize) {
-            Some(t) => Shape::Triangle(Triangle::new(t.corners.map(|i| self.positions[i as usize]))),
-            None => Shape::Sphere(self.sphere(primitive).0),
+    /// The shape of a primitive in world space.
+    fn shape(&self, index: u32) -> Shape {
+        match self.sphere(PrimitiveId::world(index)) {
+            None => Shape::Triangle(self.world.triangle(index)),
+            Some((sphere, _)) => Shape::Sphere(*sphere),
         }
     }
 
-    fn sphere(&self, primitive: PrimitiveId) -> (Sphere, MaterialId) {
-        self.spheres[primitive.0 as usize - self.triangles.len()]
+    /// The sphere that the primitive is, unless it is a triangle.
+    #[inline]
+    fn sphere(&self, primitive: PrimitiveId) -> Option<&(Sphere, MaterialId)> {
+        let index = primitive.index_in(PrimitiveId::WORLD).checked_sub(self.world.len())?;
+        self.spheres.get(index as usize)
     }
 
-    fn triangle_surface(&self, primitive: PrimitiveId, triangle: Triangle, b: Vec2) -> Surface {
-        let (position, error) = triangle.point(b);
-        let normal = triangle.normal();
-        let corners = self.triangles[primitive.0 as usize].corners;
-        let [p, q, r] = corners.map(|i| self.normals[i as usize]);
-        let interpolated = p * (1.0 - b.x - b.y) + q * b.x + r * b.y;
-        let shading_normal = match interpolated.try_normalize() {
-            Some(n) if n.dot(normal) < 0.0 => -n,
-            Some(n) => n,
-            None => normal,
-        };
-        Surface { position, normal, shading_normal, error }
+    fn instance(&self, number: u32) -> (&Instance, &Mesh) {
+        let instance = &self.instances[number as usize];
+        (instance, &self.meshes[instance.mesh as usize].mesh)
+    }
+
+    fn triangle_surface(&self, primitive: PrimitiveId, b: Vec2) -> Surface {
+        match primitive.instance() {
+            None => self.world.surface(primitive.index, b),
+            Some(number) => {
+                let (instance, mesh) = self.instance(number);
+                instance.surface(mesh, primitive.index, b)
+            }
+        }
     }
 }
 

@@ -22,11 +22,17 @@ impl Triangle {
         Bounds { min: a.min(b).min(c), max: a.max(b).max(c) }
     }
 
+    /// The edges from the first corner to the second and the third.
+    pub fn edges(&self) -> [DVec3; 2] {
+        let [a, b, c] = self.corners().map(|p| p.as_dvec3());
+        [b - a, c - a]
+    }
+
     /// The cross product of the edges: twice the area long, along N_g. In f64 it neither under- nor overflows, and is
     /// exactly zero where f32 corners lie on one line of moderate extent.
-    fn cross(&self) -> DVec3 {
-        let [a, b, c] = self.corners().map(|p| p.as_dvec3());
-        (b - a).cross(c - a)
+    pub fn cross(&self) -> DVec3 {
+        let [u, v] = self.edges();
+        u.cross(v)
     }
 
     /// Whether the corners lie on one line; such a triangle has no normal and is never hit.
@@ -51,6 +57,13 @@ impl Triangle {
         let [p, q, r] = self.corners();
         let (p, q, r) = (p * (1.0 - b.x - b.y), q * b.x, r * b.y);
         (p + q + r, GAMMA_7 * (p.abs() + q.abs() + r.abs()).max_element())
+    }
+
+    /// The point with the given barycentric coordinates, on the triangle's plane to the precision of f64.
+    pub fn point_f64(&self, b: Vec2) -> DVec3 {
+        let [p, q, r] = self.corners().map(|p| p.as_dvec3());
+        let b = b.as_dvec2();
+        p * (1.0 - b.x - b.y) + q * b.x + r * b.y
     }
 
     /// Where the ray meets the triangle: t > 0 and the barycentric coordinates of the second and third corner.

@@ -109,15 +109,15 @@ impl Lights {
     /// # Panics
     /// If `others` holds more than one environment.
     pub fn new(geometry: &Geometry, materials: &[Material], others: &[Light]) -> Self {
-        let emitters = (0..geometry.len()).map(PrimitiveId).filter_map(|primitive| {
+        let emits = |id: MaterialId| materials[id.0 as usize].emission != Rgb::ZERO;
+        let emitters = geometry.with_material(&emits).map(|primitive| {
             let material = &materials[geometry.material(primitive).0 as usize];
-            let area = geometry.area(primitive);
-            (material.emission != Rgb::ZERO && area > 0.0).then_some(Light::Area {
+            Light::Area {
                 primitive,
                 radiance: material.emission,
                 sides: material.emission_sides,
-                area,
-            })
+                area: geometry.area(primitive),
+            }
         });
         let lights: Vec<_> = emitters.chain(others.iter().cloned()).collect();
         let mut environments =

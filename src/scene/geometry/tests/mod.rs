@@ -1,9 +1,10 @@
+mod instance;
 mod offset;
 mod surface;
 
 use std::{collections::HashMap, time::Instant};
 
-use glam::vec3;
+use glam::{DAffine3, DMat3, vec3};
 use rand::{RngExt, SeedableRng, rngs::StdRng};
 
 use super::{bvh::MAX_DEPTH, ray::Prepared, *};
@@ -78,14 +79,31 @@ fn icosphere(levels: u32, center: Vec3, radius: f32) -> (Vec<Vec3>, Vec<[u32; 3]
     (p.iter().map(|&p| center + radius * p).collect(), t)
 }
 
+/// The closest hit by asking every primitive.
 fn brute(g: &Geometry, ray: &Ray, skip: &[PrimitiveId]) -> Option<Hit> {
     let prepared = Prepared::new(ray);
-    (0..g.len())
-        .map(PrimitiveId)
-        .filter(|&id| g.area(id) > 0.0)
-        .filter_map(|id| LeafPrimitive { shape: g.shape(id), id }.intersect(&prepared, skip))
-        .filter(|h| h.t < ray.t_max)
+    let world = (0..g.world_len()).filter(|&i| g.area(PrimitiveId::world(i)) > 0.0);
+    let mut hits: Vec<Hit> =
+        world.filter_map(|index| WorldLeaf { shape: g.shape(index), index }.intersect(&prepared, &[])).collect();
+    for (n, instance) in (0..).zip(&g.instances) {
+        let (range, mesh) = (instance.clip(&prepared), &g.meshes[instance.mesh as usize].mesh);
+        let object_ray = instance.object_ray(&prepared);
+        for i in (0..mesh.len()).filter(|&i| !mesh.triangle(i).is_degenerate() && range.near <= range.far) {
+            let Some((t, barycentric)) = mesh.triangle(i).intersect(&object_ray) else { continue };
+            hits.push(Hit { t: range.clamp(f64::from(t)), primitive: PrimitiveId::of(n, i), barycentric });
+        }
+    }
+    hits.into_iter()
+        .filter(|h| g.is_sphere(h.primitive) || !skip.contains(&h.primitive))
+        .filter(|h| h.t > 0.0 && h.t < ray.t_max)
         .min_by(|a, b| (a.t, a.primitive).partial_cmp(&(b.t, b.primitive)).expect("no NaN"))
+}
+
+/// Every primitive.
+fn ids(g: &Geometry) -> Vec<PrimitiveId> {
+    let instanced =
+        (0..g.instance_count()).flat_map(|n| (0..g.mesh(g.mesh_of(n)).len()).map(move |i| PrimitiveId::of(n, i)));
+    (0..g.world_len()).map(PrimitiveId::world).chain(instanced).collect()
 }
 
 #[test]
@@ -120,7 +138,24 @@ fn the_tree_answers_as_no_tree_does() {
         }
         let indices: Vec<_> = (0..corners.len() as u32).map(|i| [3 * i, 3 * i + 1, 3 * i + 2]).collect();
         g.add_triangles(corners.as_flattened(), None, &indices, M);
+        if case % 2 == 0 {
+            // The same triangles once more as a mesh: in place, where every hit has an equal one in world space, and elsewhere.
+            let mut mesh = Mesh::default();
+            mesh.add_triangles(corners.as_flattened(), None, &indices, M);
+            let mesh = g.add_mesh(mesh);
+            g.add_instance(mesh, Placement::new(DAffine3::IDENTITY).expect("usable"));
+            for _ in 0..case % 5 {
+                let placement = loop {
+                    let linear = DMat3::from_cols(cube(&mut r).into(), cube(&mut r).into(), cube(&mut r).into());
+                    if let Some(p) = Placement::new(DAffine3::from_mat3_translation(linear, cube(&mut r).into())) {
+                        break p;
+                    }
+                };
+                g.add_instance(mesh, placement);
+            }
+        }
         g.build();
+        let ids = ids(&g);
         for _ in 0..500 {
             let zeros = [0; 3].map(|_| r.random_range(0..if case % 3 == 2 { 40 } else { 4 }));
             let origin = point(&mut r);
@@ -138,8 +173,8 @@ fn the_tree_answers_as_no_tree_does() {
             }
             let t_max = [f32::INFINITY, 1.0, 0.4][r.random_range(0..3)];
             let ray = Ray { origin, direction: d, t_max };
-            let n = g.len().max(1);
-            let skip = [PrimitiveId(r.random_range(0..n)), PrimitiveId(r.random_range(0..n))];
+            let mut any = || if ids.is_empty() { PrimitiveId::NONE } else { ids[r.random_range(0..ids.len())] };
+            let skip = [any(), any()];
             let (a, b) = (g.closest(&ray, skip[0]), brute(&g, &ray, &skip[..1]));
             let key = |h: Hit| (h.t, h.primitive, h.barycentric);
             assert_eq!(a.map(key), b.map(key), "case {case}, {ray:?}");
@@ -207,9 +242,9 @@ fn of_equal_hits_the_smaller_id_wins_whatever_the_tree() {
     g.add_sphere(vec3(0.0, 0.0, 1.0), 1.0, M);
     g.build();
     let r = ray(vec3(0.0, 0.0, -3.0), Vec3::Z);
-    let id = |skip| g.closest(&r, PrimitiveId(skip)).expect("hit").primitive.0;
+    let id = |skip| g.closest(&r, PrimitiveId::world(skip)).expect("hit").primitive.index();
     assert_eq!((id(9), id(1), id(2)), (1, 2, 1));
-    assert!(g.occluded(&Ray { t_max: 3.5, ..r }, [PrimitiveId(1), PrimitiveId(2)]));
+    assert!(g.occluded(&Ray { t_max: 3.5, ..r }, [PrimitiveId::world(1), PrimitiveId::world(2)]));
     assert!(!g.occluded(&Ray { t_max: 3.0, ..r }, [PrimitiveId::NONE; 2]), "the end does not count");
 }
 
@@ -240,7 +275,7 @@ fn hostile_scenes_build_quickly_and_keep_to_the_stack() {
         for _ in 0..20 {
             let o = cube(&mut r);
             let ray = ray(o, cube(&mut r));
-            let [a, b] = [g.closest(&ray, PrimitiveId(0)), brute(&g, &ray, &[PrimitiveId(0)])];
+            let [a, b] = [g.closest(&ray, PrimitiveId::world(0)), brute(&g, &ray, &[PrimitiveId::world(0)])];
             assert_eq!(a.map(|h| (h.t, h.primitive)), b.map(|h| (h.t, h.primitive)), "{name}");
         }
     }

@@ -77,7 +77,7 @@ fn rays_that_leave_a_sphere_do_not_meet_it_again() {
         g.add_sphere(center, radius, M);
         g.build();
         for i in 0..20_000 {
-            let s = g.sample(PrimitiveId(0), square(&mut r));
+            let s = g.sample(PrimitiveId::world(0), square(&mut r));
             let mut local = warp::cosine_hemisphere(square(&mut r));
             local.z *= [1.0, 1e-2, 1e-4, 1e-6][i % 4];
             let out = Frame::around(s.normal).to_world(local.normalize());
@@ -89,7 +89,7 @@ fn rays_that_leave_a_sphere_do_not_meet_it_again() {
             // Transmitted: the far side and nothing else; then out of it.
             let inner = from(out - 2.0 * out.dot(s.normal) * s.normal);
             if inner.direction.dot(s.normal) < 0.0 {
-                let hit = g.closest(&inner, PrimitiveId(0)).expect("the far side");
+                let hit = g.closest(&inner, PrimitiveId::world(0)).expect("the far side");
                 let far = g.surface(&inner, &hit);
                 let again = ray(offset_origin(far.position, far.normal, far.error, far.normal), far.normal);
                 assert!(g.closest(&again, PrimitiveId::NONE).is_none());

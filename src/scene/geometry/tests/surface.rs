@@ -9,9 +9,9 @@ fn samples_are_uniform_in_area() {
     let mut g = soup(&[[Vec3::ZERO, 3.0 * Vec3::X, vec3(1.0, 2.0, 0.0)]]);
     g.add_sphere(vec3(1.0, 2.0, 3.0), 2.0, MaterialId(7));
     g.build();
-    let (flat, round) = (PrimitiveId(0), PrimitiveId(1));
+    let (flat, round) = (PrimitiveId::world(0), PrimitiveId::world(1));
     assert!((g.area(flat) - 3.0).abs() < 1e-6 && (g.area(round) - 50.265_48).abs() < 1e-4);
-    assert_eq!((g.material(flat), g.material(round), g.len()), (M, MaterialId(7), 2));
+    assert_eq!((g.material(flat), g.material(round), g.world_len()), (M, MaterialId(7), 2));
     let mut r = rng();
     let n = 100_000;
     // Chi² over 4 triangles of equal area, and over 8 octants; 3 and 7 degrees of freedom, p ≈ 1e-4.

@@ -1,0 +1,232 @@
+//! Where meshes go: into world space, or, where several nodes show one, into the scene once with an instance for each.
+
+use glam::{DAffine3, DQuat, Vec3, Vec4};
+use gltf_json::{Accessor, Index, Node};
+use serde_json::Value;
+
+use super::{
+    Assembly,
+    accessor::Accessors,
+    error::Fault,
+    mesh::{self, MAX_TRIANGLES, Part},
+    node::Placed,
+};
+use crate::scene::{
+    geometry::{Mesh, MeshId, Placement},
+    material::MaterialId,
+};
+
+/// A node's mesh drawn many times, with a transformation each.
+const INSTANCING: &str = "EXT_mesh_gpu_instancing";
+
+/// More instances than this are refused.
+const MAX_INSTANCES: u64 = 1 << 25;
+
+/// A mesh whose copies have no more triangles than this is copied: a ray finds its way among them faster in one tree,
+/// and an instance of very few triangles takes more memory than they do.
+const MAX_COPIES: u64 = 4096;
+
+/// What is known of a mesh of the file.
+#[derive(Default)]
+pub(super) struct Shown {
+    /// How often the scene shows it.
+    pub(super) uses: u64,
+    /// Its parts, once some node has shown it.
+    parts: Option<Vec<Part>>,
+    /// Where it is kept for instances, once there is one.
+    kept: Option<MeshId>,
+}
+
+/// What the limits count.
+#[derive(Default)]
+pub(super) struct Counts {
+    instances: u64,
+    /// Triangles in memory: in world space, or once in a mesh.
+    triangles: usize,
+    /// Emissive triangles, each of which is a light in every instance.
+    emissive: u64,
+}
+
+impl Assembly<'_> {
+    /// Counts how often each mesh is shown, which decides what becomes of it.
+    pub(super) fn count_uses(&mut self, nodes: &[Placed]) -> Result<(), Fault> {
+        for placed in nodes {
+            let Some(node) = self.root.nodes.get(placed.index) else { continue };
+            let Some(shown) = node.mesh.and_then(|mesh| self.meshes.get_mut(mesh.value())) else { continue };
+            shown.uses += match attributes(node, placed)? {
+                None => 1,
+                Some(attributes) => count(self.accessors, &attributes, placed)?.unwrap_or(1) as u64,
+            };
+        }
+        Ok(())
+    }
+
+    /// Shows a mesh where the node is, or wherever the node's instances are.
+    pub(super) fn mesh(&mut self, index: usize, node: &Node, placed: &Placed) -> Result<(), Fault> {
+        let Some(shown) = self.meshes.get_mut(index) else { return Ok(()) };
+        let mut shown = std::mem::take(shown);
+        let parts = match shown.parts.take() {
+            Some(parts) => parts,
+            None => mesh::read(self.root, self.accessors, index, &mut self.loaded.warnings)?,
+        };
+        let materials: Vec<_> = parts.iter().map(|part| self.material(part.material)).collect();
+        let triangles: u64 = parts.iter().map(|part| part.triangles.len() as u64).sum();
+        let shared = shown.uses > 1 && triangles * shown.uses > MAX_COPIES;
+        for to_world in transforms(self.accessors, node, placed)? {
+            let placed = Placed { to_world, ..*placed };
+            self.loaded.summary.triangles += triangles as usize;
+            let kept = match Placement::new(to_world).filter(|_| shared) {
+                Some(placement) => self.instance(&mut shown.kept, &parts, &materials, &placement, &placed)?,
+                None => false,
+            };
+            if !kept {
+                self.copy(&parts, &materials, &placed)?;
+            }
+        }
+        shown.parts = Some(parts);
+        self.meshes[index] = shown;
+        Ok(())
+    }
+
+    /// Places an instance. False if it would lie beyond the range of f32, which copying can say more of.
+    fn instance(
+        &mut self,
+        kept: &mut Option<MeshId>,
+        parts: &[Part],
+        materials: &[MaterialId],
+        placement: &Placement,
+        placed: &Placed,
+    ) -> Result<bool, Fault> {
+        let emits = |material: &MaterialId| self.loaded.materials[material.0 as usize].emission.max_element() > 0.0;
+        let emissive: usize =
+            parts.iter().zip(materials).filter(|(_, m)| emits(m)).map(|(p, _)| p.triangles.len()).sum();
+        let counts = &mut self.counts;
+        counts.instances += 1;
+        counts.emissive += emissive as u64;
+        if counts.instances > MAX_INSTANCES {
+            let what = format!("the scene has more than {MAX_INSTANCES} instances by here, which is the limit");
+            return Err(Fault::too_large(placed.pointer(), what));
+        }
+        if counts.emissive > MAX_TRIANGLES as u64 {
+            let what =
+                format!("more than {MAX_TRIANGLES} emissive triangles are instanced by here, which is the limit");
+            return Err(Fault::too_large(placed.pointer(), what));
+        }
+        let mesh = match *kept {
+            Some(mesh) => mesh,
+            None => {
+                let mut mesh = Mesh::default();
+                for (part, &material) in parts.iter().zip(materials) {
+                    self.counts.add(part, placed)?;
+                    mesh.add_triangles(&part.positions, part.normals.as_deref(), &part.triangles, material);
+                }
+                *kept.insert(self.loaded.geometry.add_mesh(mesh))
+            }
+        };
+        let geometry = &mut self.loaded.geometry;
+        let finite = geometry.placed_bounds(mesh, placement).is_none_or(|b| b.min.is_finite() && b.max.is_finite());
+        if finite {
+            geometry.add_instance(mesh, *placement);
+        }
+        Ok(finite)
+    }
+
+    /// Copies the mesh into world space.
+    fn copy(&mut self, parts: &[Part], materials: &[MaterialId], placed: &Placed) -> Result<(), Fault> {
+        for (part, &material) in parts.iter().zip(materials) {
+            self.counts.add(part, placed)?;
+            let world = mesh::place(part, placed)?;
+            let normals = world.normals.as_deref();
+            self.loaded.geometry.add_triangles(&world.positions, normals, &world.triangles, material);
+        }
+        Ok(())
+    }
+}
+
+impl Counts {
+    fn add(&mut self, part: &Part, placed: &Placed) -> Result<(), Fault> {
+        self.triangles += part.triangles.len();
+        if self.triangles > MAX_TRIANGLES {
+            let what = format!("the scene has {} triangles by here, and {MAX_TRIANGLES} is the limit", self.triangles);
+            return Err(Fault::too_large(placed.pointer(), what));
+        }
+        Ok(())
+    }
+}
+
+/// The accessors of `EXT_mesh_gpu_instancing` that say where the instances are. Others (`_ID` and the like) are for
+/// applications.
+struct Attributes {
+    translation: Option<Index<Accessor>>,
+    rotation: Option<Index<Accessor>>,
+    scale: Option<Index<Accessor>>,
+}
+
+fn attributes(node: &Node, placed: &Placed) -> Result<Option<Attributes>, Fault> {
+    let extension = node.extensions.as_ref().and_then(|extensions| extensions.others.get(INSTANCING));
+    let Some(extension) = extension else { return Ok(None) };
+    let at = format!("{}/extensions/{INSTANCING}/attributes", placed.pointer());
+    let Some(attributes) = extension.get("attributes").and_then(Value::as_object) else {
+        return Err(Fault::invalid(at, "this is no object with the attributes of the instances"));
+    };
+    let accessor = |name: &str| match attributes.get(name) {
+        None => Ok(None),
+        Some(index) => match index.as_u64().and_then(|index| u32::try_from(index).ok()) {
+            Some(index) => Ok(Some(Index::new(index))),
+            None => Err(Fault::invalid(format!("{at}/{name}"), "this is not the index of an accessor")),
+        },
+    };
+    Ok(Some(Attributes {
+        translation: accessor("TRANSLATION")?,
+        rotation: accessor("ROTATION")?,
+        scale: accessor("SCALE")?,
+    }))
+}
+
+/// The number of instances; `None` without any attribute, when the extension says nothing.
+fn count(accessors: Accessors<'_>, attributes: &Attributes, placed: &Placed) -> Result<Option<usize>, Fault> {
+    let mut all = None;
+    for (name, index) in
+        [("TRANSLATION", attributes.translation), ("ROTATION", attributes.rotation), ("SCALE", attributes.scale)]
+    {
+        let Some(index) = index else { continue };
+        let count = accessors.count(index);
+        match all {
+            Some(n) if n != count => {
+                let at = format!("{}/extensions/{INSTANCING}/attributes/{name}", placed.pointer());
+                let what = format!("this attribute has {count} elements, and another one has {n}: they must agree");
+                return Err(Fault::invalid(at, what));
+            }
+            _ => all = Some(count),
+        }
+    }
+    Ok(all)
+}
+
+/// Where the node shows its mesh: once, or for each instance at node · T · R · S.
+fn transforms(accessors: Accessors<'_>, node: &Node, placed: &Placed) -> Result<Vec<DAffine3>, Fault> {
+    let Some(attributes) = attributes(node, placed)? else { return Ok(vec![placed.to_world]) };
+    let Some(n) = count(accessors, &attributes, placed)? else { return Ok(vec![placed.to_world]) };
+    let read = |index: Option<Index<Accessor>>, default: Vec3| match index {
+        Some(index) => accessors.vec3(index),
+        None => Ok(vec![default; n]),
+    };
+    let (translations, scales) = (read(attributes.translation, Vec3::ZERO)?, read(attributes.scale, Vec3::ONE)?);
+    let rotations = match attributes.rotation {
+        Some(index) => accessors.vec4(index)?,
+        None => vec![Vec4::W; n],
+    };
+    let mut out = Vec::with_capacity(n);
+    for (i, ((t, r), s)) in translations.iter().zip(&rotations).zip(&scales).enumerate() {
+        let rotation = DQuat::from_vec4(r.as_dvec4());
+        let to_world = placed.to_world
+            * DAffine3::from_scale_rotation_translation(s.as_dvec3(), rotation.normalize(), t.as_dvec3());
+        if rotation.length_squared() < 1e-12 || !to_world.is_finite() {
+            let at = format!("{}/extensions/{INSTANCING}", placed.pointer());
+            let what = format!("the transform of instance {i} is not finite, or its rotation is no unit quaternion");
+            return Err(Fault::invalid(at, what));
+        }
+        out.push(to_world);
+    }
+    Ok(out)
+}

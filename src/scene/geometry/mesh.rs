@@ -1,0 +1,106 @@
+//! Indexed triangles: the ones in world space, and those of each mesh that is kept once and placed several times.
+
+use glam::{Vec2, Vec3};
+
+use super::{Bounds, MaterialId, Surface, bvh::MeshLeaf, triangle::Triangle};
+
+/// Triangles over shared vertices, each with a material, in a space of their own.
+#[derive(Clone, Debug, Default)]
+pub struct Mesh {
+    positions: Vec<Vec3>,
+    /// As long as `positions`; zero where a part has no normals.
+    normals: Vec<Vec3>,
+    triangles: Vec<IndexedTriangle>,
+}
+
+#[derive(Clone, Copy, Debug)]
+struct IndexedTriangle {
+    corners: [u32; 3],
+    material: MaterialId,
+}
+
+impl Mesh {
+    /// Adds triangles with corners, optional per-corner-vertex normals, and indices into both. A triangle whose corners
+    /// lie on one line has an index and an area of zero, and is never hit.
+    ///
+    /// # Panics
+    /// If an index is out of range, `normals` has another length than `positions`, or a coordinate is not finite:
+    /// readers of files check these first and say where.
+    pub fn add_triangles(
+        &mut self,
+        positions: &[Vec3],
+        normals: Option<&[Vec3]>,
+        indices: &[[u32; 3]],
+        material: MaterialId,
+    ) {
+        assert!(positions.iter().all(|p| p.is_finite()), "positions are finite");
+        assert!(indices.as_flattened().iter().all(|&i| (i as usize) < positions.len()), "indices are in range");
+        let base = u32::try_from(self.positions.len()).expect("fewer than 2³² vertices");
+        self.positions.extend_from_slice(positions);
+        u32::try_from(self.positions.len()).expect("fewer than 2³² vertices");
+        match normals {
+            Some(normals) => {
+                assert_eq!(normals.len(), positions.len(), "one normal per position");
+                assert!(normals.iter().all(|n| n.is_finite()), "normals are finite");
+                self.normals.extend_from_slice(normals);
+            }
+            None => self.normals.resize(self.positions.len(), Vec3::ZERO),
+        }
+        let shifted = indices.iter().map(|t| IndexedTriangle { corners: t.map(|i| base + i), material });
+        self.triangles.extend(shifted);
+    }
+
+    /// The number of triangles.
+    ///
+    /// # Panics
+    /// With 2³² or more.
+    pub fn len(&self) -> u32 {
+        u32::try_from(self.triangles.len()).expect("fewer than 2³² triangles")
+    }
+
+    /// Whether there are no triangles.
+    pub fn is_empty(&self) -> bool {
+        self.triangles.is_empty()
+    }
+
+    /// The box around all triangles, `None` if there are none.
+    pub fn bounds(&self) -> Option<Bounds> {
+        (0..self.len()).map(|i| self.triangle(i).bounds()).reduce(Bounds::union)
+    }
+
+    pub(super) fn triangle(&self, index: u32) -> Triangle {
+        Triangle::new(self.triangles[index as usize].corners.map(|i| self.positions[i as usize]))
+    }
+
+    pub(super) fn material(&self, index: u32) -> MaterialId {
+        self.triangles[index as usize].material
+    }
+
+    /// The normals of the triangle's corners; zero where there are none.
+    pub(super) fn corner_normals(&self, index: u32) -> [Vec3; 3] {
+        self.triangles[index as usize].corners.map(|i| self.normals[i as usize])
+    }
+
+    pub(super) fn leaves(&self) -> impl Iterator<Item = MeshLeaf> {
+        (0..self.len()).map(|index| MeshLeaf { triangle: self.triangle(index), index })
+    }
+
+    /// The surface in the mesh's own space, at the barycentric coordinates `b`.
+    pub(super) fn surface(&self, index: u32, b: Vec2) -> Surface {
+        let triangle = self.triangle(index);
+        let (position, error) = triangle.point(b);
+        let normal = triangle.normal();
+        let shading_normal = shading_normal(self.corner_normals(index), b, normal);
+        Surface { position, normal, shading_normal, error }
+    }
+}
+
+/// N_s from the normals of a triangle's corners, on the side of N_g; N_g where they have no direction.
+pub(super) fn shading_normal([p, q, r]: [Vec3; 3], b: Vec2, normal: Vec3) -> Vec3 {
+    let interpolated = p * (1.0 - b.x - b.y) + q * b.x + r * b.y;
+    match interpolated.try_normalize() {
+        Some(n) if n.dot(normal) < 0.0 => -n,
+        Some(n) => n,
+        None => normal,
+    }
+}
