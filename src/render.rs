@@ -19,6 +19,7 @@ use crate::{
     sampling::{Filter, Independent, Sampler, Stream},
     scene::{
         Scene,
+        bsdf::Directions,
         camera::{Raster, Sensor},
     },
 };
@@ -28,6 +29,8 @@ use crate::{
 pub struct Settings {
     /// The integrator.
     pub integrator: IntegratorKind,
+    /// How [`IntegratorKind::PathHemisphere`] samples directions; of no effect on the others.
+    pub hemisphere: Directions,
     /// The longest path, in edges.
     pub max_depth: u32,
     /// When Russian roulette may end a subpath.
@@ -49,6 +52,7 @@ impl Settings {
     pub fn new(sensor: Sensor) -> Self {
         Self {
             integrator: IntegratorKind::Bdpt,
+            hemisphere: Directions::Bsdf,
             max_depth: 16,
             roulette: Roulette::FromDepth(4),
             only: None,
@@ -90,7 +94,13 @@ impl<'a> Renderer<'a> {
     /// If the crop does not fit the camera's sensor, or the sensor has too little padding for the filter.
     pub fn new(scene: &'a Scene, settings: &'a Settings) -> Self {
         let sensor = scene.camera.sensor();
-        let mut integrator = Integrator::new(settings.integrator, sensor, settings.max_depth, settings.roulette);
+        let Settings { integrator: kind, max_depth, roulette, .. } = *settings;
+        let mut integrator = match kind {
+            IntegratorKind::PathHemisphere => {
+                Integrator::path_hemisphere(sensor, max_depth, roulette, settings.hemisphere)
+            }
+            kind => Integrator::new(kind, sensor, max_depth, roulette),
+        };
         if let Some((strategy, weighting)) = settings.only {
             integrator = integrator.only(strategy, weighting);
         }

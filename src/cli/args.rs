@@ -11,6 +11,7 @@ use crate::{
     integrator::IntegratorKind,
     path::{Roulette, Strategy},
     sampling::Filter,
+    scene::bsdf::Directions,
 };
 
 /// Larger images are refused: pixels are numbered by 32 bits, padding included.
@@ -26,9 +27,14 @@ pub(super) struct RenderArgs {
     #[arg(short, long, value_name = "OUT")]
     pub(super) output: Vec<PathBuf>,
 
-    /// Path tracing, light tracing, both in one, or bidirectional path tracing
+    /// Path tracing, light tracing, both in one, bidirectional path tracing; or path tracing as the lecture begins: by
+    /// directions alone (path-hemisphere), by the lights' area without MIS (path-light)
     #[arg(short, long, value_name = "NAME", default_value = "bdpt", value_parser = values::integrator())]
     pub(super) integrator: IntegratorKind,
+
+    /// With -i path-hemisphere: directions by the BSDF, or uniform over the hemisphere
+    #[arg(long, value_name = "RULE", value_parser = values::directions())]
+    pub(super) hemisphere: Option<Directions>,
 
     /// Samples per pixel [default: 64]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1 << 24))]

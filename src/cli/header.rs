@@ -7,7 +7,7 @@ use crate::{
     io::{NamedCamera, ThinLens, View},
     path::Roulette,
     render::Settings,
-    scene::camera::Sensor,
+    scene::{bsdf::Directions, camera::Sensor},
 };
 
 /// The instructions that the arithmetic uses. Images are comparable to the bit only within one such path.
@@ -39,6 +39,9 @@ pub(super) fn header(job: &Job<'_>, film: &Film, passes: u32) -> Header {
         ("instructions", INSTRUCTIONS.to_owned()),
         ("noise", noise(film, passes)),
     ];
+    if settings.hemisphere != Directions::Bsdf {
+        attributes.push(("hemisphere", settings.hemisphere.name().to_owned()));
+    }
     if let Some(clamp) = settings.clamp {
         attributes.push(("clamp", clamp.to_string()));
     }

@@ -19,7 +19,7 @@ use crate::{
     io,
     path::Strategy,
     render::{Renderer, Settings},
-    scene::{Scene, camera::Sensor},
+    scene::{Scene, camera::Sensor, light::Light},
 };
 
 const DEFAULT_SPP: u32 = 64;
@@ -31,6 +31,10 @@ const IMAGE_BYTES_PER_PIXEL: u64 = 52;
 pub(super) fn run(args: &RenderArgs) -> Result<(), Failure> {
     let terminal = Terminal::new(args.verbosity());
     let only = only(args)?;
+    if args.hemisphere.is_some() && args.integrator != IntegratorKind::PathHemisphere {
+        let name = args.integrator;
+        return Err(Failure::usage(format!("--hemisphere says how -i path-hemisphere samples, and this is -i {name}")));
+    }
     let outputs = outputs(args)?;
     let pool = thread_pool(args)?;
 
@@ -111,6 +115,7 @@ fn crop(args: &RenderArgs, sensor: Sensor) -> Result<Crop, Failure> {
 fn settings(args: &RenderArgs, crop: Crop, only: Option<(Strategy, Weighting)>) -> Settings {
     Settings {
         integrator: args.integrator,
+        hemisphere: args.hemisphere.unwrap_or_default(),
         max_depth: args.max_depth,
         roulette: args.roulette,
         only,
@@ -155,7 +160,14 @@ fn foretell(job: &Job<'_>, scene: &Scene, terminal: Terminal) {
     if scene.lights().is_empty() {
         terminal.warn("the scene has no light, so the image will be black");
     }
-    if settings.integrator != IntegratorKind::Path && settings.crop != Crop::full(*sensor) {
+    let extended = |light: &Light| matches!(light, Light::Area { .. } | Light::Environment { .. });
+    if settings.integrator == IntegratorKind::PathHemisphere && !scene.lights().all().iter().all(extended) {
+        terminal.warn(
+            "point lights, spots and suns will be dark: path-hemisphere waits until a walk hits a light, and these \
+             have no extent (-i path or bdpt sample them)",
+        );
+    }
+    if settings.integrator.traces_from_lights() && settings.crop != Crop::full(*sensor) {
         let part = 100.0 * settings.crop.pixels() as f64 / f64::from(sensor.pixels());
         terminal.say(format_args!(
             "note: the crop is {part:.1} % of the image, but all of its light paths are traced, since any may land there"

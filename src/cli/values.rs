@@ -10,6 +10,7 @@ use crate::{
     integrator::IntegratorKind,
     path::{Roulette, Strategy},
     sampling::Filter,
+    scene::bsdf::Directions,
 };
 
 /// `--look-at`: where a camera stands, what it looks at, and its vertical field of view in radians.
@@ -27,6 +28,11 @@ pub(super) struct Bytes(pub(super) u64);
 pub(super) fn integrator() -> impl TypedValueParser<Value = IntegratorKind> {
     PossibleValuesParser::new(IntegratorKind::ALL.map(IntegratorKind::name))
         .try_map(|name| name.parse::<IntegratorKind>())
+}
+
+pub(super) fn directions() -> impl TypedValueParser<Value = Directions> {
+    PossibleValuesParser::new(Directions::ALL.map(Directions::name))
+        .try_map(|name| Directions::ALL.into_iter().find(|rule| rule.name() == name).ok_or("no such rule"))
 }
 
 pub(super) fn filter() -> impl TypedValueParser<Value = Filter> {

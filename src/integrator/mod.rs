@@ -4,6 +4,8 @@ mod bdpt;
 mod hybrid;
 mod light;
 mod path;
+mod path_hemisphere;
+mod path_light;
 
 use std::{fmt, str::FromStr};
 
@@ -13,6 +15,7 @@ use crate::{
     sampling::Sampler,
     scene::{
         Scene,
+        bsdf::Directions,
         camera::{Raster, Sensor},
     },
 };
@@ -28,11 +31,16 @@ pub enum IntegratorKind {
     Hybrid,
     /// Bidirectional path tracing: every strategy with t ≥ 1.
     Bdpt,
+    /// Directional sampling alone: s = 0.
+    PathHemisphere,
+    /// Next-event estimation without MIS: s = 1, and s = 0 where that has no support.
+    PathLight,
 }
 
 impl IntegratorKind {
     /// All of them, in the order of the documentation.
-    pub const ALL: [Self; 4] = [Self::Path, Self::Light, Self::Hybrid, Self::Bdpt];
+    pub const ALL: [Self; 6] =
+        [Self::Path, Self::Light, Self::Hybrid, Self::Bdpt, Self::PathHemisphere, Self::PathLight];
 
     /// The name on the command line.
     pub fn name(self) -> &'static str {
@@ -41,6 +49,8 @@ impl IntegratorKind {
             Self::Light => light::NAME,
             Self::Hybrid => hybrid::NAME,
             Self::Bdpt => bdpt::NAME,
+            Self::PathHemisphere => path_hemisphere::NAME,
+            Self::PathLight => path_light::NAME,
         }
     }
 
@@ -51,15 +61,36 @@ impl IntegratorKind {
             Self::Light => light::COVERAGE,
             Self::Hybrid => hybrid::COVERAGE,
             Self::Bdpt => bdpt::COVERAGE,
+            Self::PathHemisphere => path_hemisphere::COVERAGE,
+            Self::PathLight => path_light::COVERAGE,
         }
     }
 
-    fn multiplicity(self, strategy: Strategy) -> u32 {
+    /// Whether a pass traces light subpaths that may land anywhere on the image.
+    pub fn traces_from_lights(self) -> bool {
         match self {
-            Self::Path => path::multiplicity(strategy),
-            Self::Light => light::multiplicity(strategy),
-            Self::Hybrid => hybrid::multiplicity(strategy),
-            Self::Bdpt => bdpt::multiplicity(strategy),
+            Self::Path | Self::PathHemisphere | Self::PathLight => false,
+            Self::Light | Self::Hybrid | Self::Bdpt => true,
+        }
+    }
+
+    fn table(self, sensor: Sensor, max_depth: u32) -> Techniques {
+        let multiplicity = match self {
+            Self::Path => path::multiplicity,
+            Self::Light => light::multiplicity,
+            Self::Hybrid => hybrid::multiplicity,
+            Self::Bdpt => bdpt::multiplicity,
+            Self::PathHemisphere => return Techniques::directional(sensor, max_depth, Directions::Bsdf),
+            Self::PathLight => path_light::multiplicity,
+        };
+        Techniques::new(sensor, max_depth, multiplicity)
+    }
+
+    /// The rule that weighs its table.
+    fn heuristic(self) -> Heuristic {
+        match self {
+            Self::PathLight => Heuristic::FirstSupported,
+            _ => Heuristic::Power,
         }
     }
 }
@@ -102,8 +133,13 @@ pub struct Integrator {
 impl Integrator {
     /// The integrator `kind` for an image and paths of at most `max_depth` edges.
     pub fn new(kind: IntegratorKind, sensor: Sensor, max_depth: u32, roulette: Roulette) -> Self {
-        let table = Techniques::new(sensor, max_depth, |strategy| kind.multiplicity(strategy));
-        Self::from_table(table, Heuristic::Power, roulette)
+        Self::from_table(kind.table(sensor, max_depth), kind.heuristic(), roulette)
+    }
+
+    /// [`IntegratorKind::PathHemisphere`] with a rule of one's own for directions.
+    pub fn path_hemisphere(sensor: Sensor, max_depth: u32, roulette: Roulette, directions: Directions) -> Self {
+        let table = Techniques::directional(sensor, max_depth, directions);
+        Self::from_table(table, IntegratorKind::PathHemisphere.heuristic(), roulette)
     }
 
     /// An integrator of one's own.
@@ -138,14 +174,15 @@ impl Integrator {
         let path = path.to_path();
         (1..=n + 1)
             .map(|t| Strategy { s: n + 1 - t, t })
-            .any(|strategy| self.weighed.multiplicity(strategy) > 0 && path.pdf(strategy) > 0.0)
+            .any(|x| self.weighed.multiplicity(x) > 0 && path.pdf_by(self.weighed.directions(), x) > 0.0)
     }
 
     /// Storage for this integrator's subpaths, one per thread.
     pub fn scratch(&self) -> Scratch {
         let LightVertices { connected, splatted } = self.evaluated.light_vertices();
         Scratch {
-            camera: Subpath::with_capacity(self.evaluated.camera_vertices().max(1)),
+            camera: Subpath::with_capacity(self.evaluated.camera_vertices().max(1))
+                .sampling(self.evaluated.directions()),
             light: Subpath::with_capacity(connected.max(splatted)),
             lens: Subpath::with_capacity(1),
         }

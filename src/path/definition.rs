@@ -8,7 +8,7 @@ use crate::{
     math::Frame,
     scene::{
         Scene,
-        bsdf::{Bsdf, Scatter},
+        bsdf::{Bsdf, Directions, Scatter},
         point::Place,
     },
 };
@@ -89,10 +89,19 @@ impl<'a> Path<'a> {
     /// p_{s,t}(p̄): the density with which strategy (s,t) finds this path, with respect to the product area measure
     /// (dω for an infinite p_n; coefficients of deltas at a pinhole, an orthographic camera, a point light, a sun and in delta
     /// lobes). Zero if it cannot.
+    /// Walks sample their directions by the BSDF; [`Path::pdf_by`] knows other rules.
     ///
     /// # Panics
     /// If s + t is not the number of vertices.
     pub fn pdf(&self, strategy: Strategy) -> f64 {
+        self.pdf_by(Directions::Bsdf, strategy)
+    }
+
+    /// p_{s,t}(p̄) as [`Path::pdf`], of walks that sample by the rule `directions`.
+    ///
+    /// # Panics
+    /// If s + t is not the number of vertices.
+    pub fn pdf_by(&self, directions: Directions, strategy: Strategy) -> f64 {
         let Strategy { s, t } = strategy;
         let (s, t, n) = (s as usize, t as usize, self.edges());
         assert_eq!(s + t, n + 1, "strategy {strategy} has another length than the path");
@@ -107,8 +116,8 @@ impl<'a> Path<'a> {
         if !possible {
             return 0.0;
         }
-        let camera_part: f64 = (0..t).map(|i| self.camera_density(i)).product();
-        let light_part: f64 = (t..=n).map(|i| self.light_density(i, strategy)).product();
+        let camera_part: f64 = (0..t).map(|i| self.camera_density(i, directions)).product();
+        let light_part: f64 = (t..=n).map(|i| self.light_density(i, strategy, directions)).product();
         camera_part * light_part
     }
 
@@ -122,7 +131,7 @@ impl<'a> Path<'a> {
     /// w_{s,t}(p̄) = (n_{s,t} p_{s,t})^β / Σ (n_{s',t'} p_{s',t'})^β over all strategies of the table.
     pub fn mis_weight(&self, strategy: Strategy, techniques: &Techniques, heuristic: Heuristic) -> f64 {
         let n = self.edges() as u32;
-        let sampled = |x: Strategy| f64::from(techniques.count(x)) * self.pdf(x);
+        let sampled = |x: Strategy| f64::from(techniques.count(x)) * self.pdf_by(techniques.directions(), x);
         let all: Vec<_> = (1..=n + 1).map(|t| Strategy { s: n + 1 - t, t }).map(|x| (x, sampled(x))).collect();
         let largest = all.iter().map(|x| x.1).fold(0.0, f64::max);
         let beta = match heuristic {
@@ -149,20 +158,20 @@ impl<'a> Path<'a> {
     }
 
     /// c_i: the density of p_i when it is sampled from p_{i−1}, with the probability that the ray passes what it crosses.
-    fn camera_density(&self, i: usize) -> f64 {
+    fn camera_density(&self, i: usize, directions: Directions) -> f64 {
         if i == 0 {
             return f64::from(self.scene.camera.pdf_lens().0);
         }
         let e = self.segment(i - 1, i);
         let omega = match i {
             1 => f64::from(self.scene.camera.pdf(&self.vertices[0].point, e.direction.as_vec3()).0),
-            _ => f64::from(self.scatter(i - 1).to_light.0),
+            _ => f64::from(self.scatter(i - 1, directions).to_light.0),
         };
         omega * e.cos_j / e.distance_squared * self.passes_and_stops(i - 1, i)
     }
 
     /// l_i: the density of p_i when it is sampled from p_{i+1}; of p_n, as `strategy` samples it.
-    pub(super) fn light_density(&self, i: usize, strategy: Strategy) -> f64 {
+    pub(super) fn light_density(&self, i: usize, strategy: Strategy, directions: Directions) -> f64 {
         let n = self.edges();
         let lights = self.scene.lights();
         if i == n {
@@ -178,7 +187,7 @@ impl<'a> Path<'a> {
         let omega = if i + 1 == n {
             f64::from(lights.pdf_direction(&self.vertices[n].point, e.direction.as_vec3()).0)
         } else {
-            f64::from(self.scatter(i + 1).to_camera.0)
+            f64::from(self.scatter(i + 1, directions).to_camera.0)
         };
         omega * e.cos_j / e.distance_squared * self.passes_and_stops(i, i)
     }
@@ -194,17 +203,17 @@ impl<'a> Path<'a> {
         let to_light = self.segment(i, i + 1).direction;
         let shading = v.point.shading_normal.as_dvec3().dot(to_light).abs();
         let geometric = v.point.normal.as_dvec3().dot(to_light).abs();
-        self.scatter(i).f.as_dvec3() * (shading / geometric * f64::from(v.alpha))
+        self.scatter(i, Directions::Bsdf).f.as_dvec3() * (shading / geometric * f64::from(v.alpha))
     }
 
-    /// f_s with both densities at p_i, zero where N_s and N_g disagree on a direction's side.
-    fn scatter(&self, i: usize) -> Scatter {
+    /// f_s with both densities at p_i by the rule `directions`, zero where N_s and N_g disagree on a direction's side.
+    fn scatter(&self, i: usize, directions: Directions) -> Scatter {
         let v = &self.vertices[i];
         let (to_camera, to_light, frame) = self.local_directions(i);
         if !(v.point.sides_agree(to_camera) && v.point.sides_agree(to_light)) {
             return Scatter::ZERO;
         }
-        v.point.bsdf.eval(v.lobe, frame.to_local(to_camera), frame.to_local(to_light))
+        v.point.bsdf.eval_by(directions, v.lobe, frame.to_local(to_camera), frame.to_local(to_light))
     }
 
     fn local_directions(&self, i: usize) -> (Vec3, Vec3, Frame) {

@@ -1,6 +1,6 @@
 //! Strategies and the table that says how often each is used: an integrator is such a table.
 
-use crate::scene::camera::Sensor;
+use crate::scene::{bsdf::Directions, camera::Sensor};
 
 /// Veach's (s,t): `s` vertices sampled from the light side, `t` from the camera side, then connected.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
@@ -37,6 +37,7 @@ pub struct Techniques {
     max_depth: u32,
     /// m_{s,t} at `s·(max_depth + 2) + t`.
     multiplicity: Vec<u32>,
+    directions: Directions,
     light_vertices: LightVertices,
     camera_vertices: u32,
 }
@@ -57,10 +58,17 @@ impl Techniques {
             light_subpaths: sensor.pixels(),
             max_depth,
             multiplicity: Vec::new(),
+            directions: Directions::Bsdf,
             light_vertices: LightVertices { connected: 0, splatted: 0 },
             camera_vertices: 0,
         };
         empty.with_entries((0..side * side).map(entry).collect())
+    }
+
+    /// The table of directional sampling alone, m_{0,t} = 1, by the rule `directions`. There are no connections: nothing in
+    /// the fast form needs the rule but the camera's walk.
+    pub fn directional(sensor: Sensor, max_depth: u32, directions: Directions) -> Self {
+        Self { directions, ..Self::new(sensor, max_depth, |strategy| u32::from(strategy.s == 0)) }
     }
 
     fn with_entries(&self, multiplicity: Vec<u32>) -> Self {
@@ -103,6 +111,12 @@ impl Techniques {
     pub fn count(&self, strategy: Strategy) -> f32 {
         let subpaths = if strategy.t == 1 { self.light_subpaths } else { self.camera_subpaths };
         self.multiplicity(strategy) as f32 * subpaths as f32
+    }
+
+    /// How the walks sample directions.
+    #[inline]
+    pub fn directions(&self) -> Directions {
+        self.directions
     }
 
     /// The longest path in edges.

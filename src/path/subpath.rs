@@ -8,7 +8,7 @@ use crate::{
     sampling::{PdfArea, PdfSolidAngle, Sampler},
     scene::{
         Scene,
-        bsdf::Transport,
+        bsdf::{Directions, Transport},
         camera::Raster,
         point::{Place, Point},
     },
@@ -66,6 +66,7 @@ impl Step {
 #[derive(Clone, Debug, Default)]
 pub struct Subpath {
     steps: Vec<Step>,
+    directions: Directions,
     /// Of a light subpath with two vertices or more: see [`super::Densities::next_event_ratio`].
     next_event_ratio: f32,
 }
@@ -83,7 +84,17 @@ struct Departure {
 impl Subpath {
     /// An empty subpath that can hold `vertices` without allocating.
     pub fn with_capacity(vertices: u32) -> Self {
-        Self { steps: Vec::with_capacity(vertices as usize), next_event_ratio: 1.0 }
+        let steps = Vec::with_capacity(vertices as usize);
+        Self { steps, directions: Directions::Bsdf, next_event_ratio: 1.0 }
+    }
+
+    /// The same storage for walks that sample by another rule than the BSDF.
+    ///
+    /// A walk's densities then are the rule's; those of a connection are the BSDF's. [`Techniques`](super::Techniques) has
+    /// another rule only where nothing connects.
+    #[must_use]
+    pub fn sampling(self, directions: Directions) -> Self {
+        Self { directions, ..self }
     }
 
     /// The vertices with their prefix products.
@@ -230,7 +241,7 @@ impl Subpath {
         let edges = self.steps.len() as u32 - 1;
         let [.., before, here] = self.steps.as_mut_slice() else { return None };
         let known = here.back.direction;
-        let sample = here.vertex.sample(known, transport, u)?;
+        let sample = here.vertex.sample(self.directions, known, transport, u)?;
         here.vertex.lobe = sample.lobe;
         let (fwd, rev) = sample.scatter.forward_reverse(transport);
         before.pdf_rev = rev.to_area(&here.back);

@@ -9,7 +9,7 @@ use crate::{
     math::Rgb,
     scene::{
         Scene,
-        bsdf::Lobe,
+        bsdf::{Directions, Lobe},
         camera::{Camera, Raster, Sensor},
         geometry::Geometry,
         light::{Light, Spot},
@@ -175,8 +175,8 @@ fn a_refraction_keeps_its_jacobian_in_both_densities() {
     let emission = 1.0 / (4.0 * PI) * cos / (PI * r2);
     assert!(pdf(&path, 2, 1) == 0.0 && pdf(&path, 1, 2) == 0.0, "nothing connects to a delta lobe");
     let smooth = Path::new(&scene, vec![lens(&scene), Vertex { lobe: Lobe::Delta(1), ..surface }, sky]);
-    assert_close(smooth.light_density(0, Strategy { s: 3, t: 0 }), reverse * to_lens);
-    assert_close(smooth.light_density(1, Strategy { s: 3, t: 0 }) / (4.0 * PI), emission);
+    assert_close(smooth.light_density(0, Strategy { s: 3, t: 0 }, Directions::Bsdf), reverse * to_lens);
+    assert_close(smooth.light_density(1, Strategy { s: 3, t: 0 }, Directions::Bsdf) / (4.0 * PI), emission);
 }
 
 #[test]

@@ -5,7 +5,7 @@ use glam::Vec3;
 use crate::{
     math::Frame,
     scene::{
-        bsdf::{BsdfSample, Lobe, Scatter, Transport},
+        bsdf::{BsdfSample, Directions, Lobe, Scatter, Transport},
         point::Point,
     },
 };
@@ -50,15 +50,16 @@ impl Vertex {
         Scatter { f: scatter.f * self.shading_factor(to_light), ..scatter }
     }
 
-    /// Samples the direction across from the unit world direction `known`; the result is in world space and holds f̂/α.
+    /// Samples the direction across from the unit world direction `known`, the continuous part's by the rule `directions`;
+    /// the result is in world space and holds f̂/α.
     #[inline]
-    pub fn sample(&self, known: Vec3, transport: Transport, u: Vec3) -> Option<BsdfSample> {
+    pub fn sample(&self, directions: Directions, known: Vec3, transport: Transport, u: Vec3) -> Option<BsdfSample> {
         let p = &self.point;
         if !p.sides_agree(known) {
             return None;
         }
         let frame = Frame::around(p.shading_normal);
-        let sample = p.bsdf.sample(frame.to_local(known), transport, u)?;
+        let sample = p.bsdf.sample_by(directions, frame.to_local(known), transport, u)?;
         let direction = frame.to_world(sample.direction).normalize();
         if !p.sides_agree(direction) {
             return None;

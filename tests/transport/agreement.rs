@@ -22,21 +22,21 @@ const VISIBLE: f64 = 0.01;
 /// so the others are made precise enough to leave it most of the budget: 0.8² + 0.5² < 1.
 const REFINED: [f64; 4] = [0.008, 0.005, 0.005, 0.005];
 /// The longest paths, in edges: caustics seen in mirrors and through glass, and some indirect light, are among them.
-const DEPTH: u32 = 6;
+pub const DEPTH: u32 = 6;
 /// Independent replicates of each estimate. More would not cost more samples, and make the variances more certain.
 const REPLICATES: u64 = 24;
 /// Where a scene's variance makes the visible bias unreachable, that is a failure and not a reason to go on forever.
 const MOST_SPP: u32 = 1 << 15;
 
 /// One estimate of a scene, from replicates whose seeds follow a fixed rule.
-struct Run<'a> {
-    name: String,
+pub struct Run<'a> {
+    pub name: String,
     keep: &'a (dyn Fn(&JoinedPath) -> bool + Sync),
     renderers: Vec<Renderer<'a>>,
 }
 
 impl<'a> Run<'a> {
-    fn new(
+    pub fn new(
         scene: &'a Scene,
         settings: &'a [Settings],
         name: &str,
@@ -46,7 +46,7 @@ impl<'a> Run<'a> {
     }
 
     /// Renders until the image's mean shows a bias of `refined` against an exact estimate.
-    fn converge(mut self, refined: f64) -> Self {
+    pub fn converge(mut self, refined: f64) -> Self {
         let start = Instant::now();
         let mut spp = 8;
         loop {
@@ -75,23 +75,25 @@ impl<'a> Run<'a> {
         self.renderers.iter().map(|r| regions(&r.film().image(r.passes()))).collect()
     }
 
-    fn estimate(&self) -> Estimate {
+    /// What the replicates say together.
+    pub fn estimate(&self) -> Estimate {
         Estimate::new(&self.replicates())
     }
 
-    fn image(&self) -> pathspace::film::Image {
+    /// The mean image.
+    pub fn image(&self) -> pathspace::film::Image {
         let images = self.renderers.iter().map(|r| r.film().image(r.passes()));
         report::mean(images)
     }
 }
 
-fn settings(scene: &Scene, kind: IntegratorKind, salt: u64) -> Vec<Settings> {
+pub fn settings(scene: &Scene, kind: IntegratorKind, salt: u64) -> Vec<Settings> {
     let base = Settings { integrator: kind, max_depth: DEPTH, ..Settings::new(scene.camera.sensor()) };
     (0..REPLICATES).map(|r| Settings { seed: 10_000 * (1 + salt) + 100 * kind as u64 + r, ..base.clone() }).collect()
 }
 
 /// Compares two estimates, and shows that a bias of 1 % in either would have been found.
-fn assert_agree(
+pub fn assert_agree(
     scene: &str,
     a: (&str, &Estimate),
     b: (&str, &Estimate),

@@ -7,6 +7,7 @@ mod cameras;
 mod exactness;
 mod furnace;
 mod identity;
+mod lecture;
 mod public;
 mod report;
 mod scenes;

@@ -4,6 +4,7 @@ use std::path::Path;
 
 use glam::Vec3;
 use pathspace::{
+    integrator::IntegratorKind,
     io,
     math::Rgb,
     sampling::Filter,
@@ -20,6 +21,10 @@ use pathspace::{
 /// The committed scenes.
 pub const FILES: [&str; 6] =
     ["cornell-box", "cornell-spheres", "veach-room", "caustic-ring", "caustic-sphere", "furnace"];
+
+/// The integrators with a low variance wherever surfaces touch: multiple importance sampling tames every strategy of theirs.
+pub const WEIGHTED: [IntegratorKind; 4] =
+    [IntegratorKind::Path, IntegratorKind::Light, IntegratorKind::Hybrid, IntegratorKind::Bdpt];
 
 /// A square sensor with the padding of `filter`.
 pub fn square(side: u32, filter: Filter) -> Sensor {
@@ -147,4 +152,52 @@ pub fn scaled_furnace(albedo: f32, radiance: f32, scale: f32, sensor: Sensor) ->
     let camera =
         Camera::look_at(scale * Vec3::new(0.2, -0.1, 0.7), scale * Vec3::new(-0.3, 0.2, -1.0), Vec3::Y, 1.2, sensor);
     Scene::new(g, vec![wall], &[], camera)
+}
+
+/// The same inside a sphere, which emits on both sides; the camera is off its middle.
+pub fn sphere_furnace(albedo: f32, radiance: f32, sensor: Sensor) -> Scene {
+    let mut g = Geometry::default();
+    g.add_sphere(Vec3::new(0.3, 0.2, -0.1), 1.5, MaterialId(0));
+    let mut wall = Material::diffuse("wall", Rgb::splat(albedo)).emitting(Rgb::splat(radiance));
+    wall.emission_sides = EmissionSides::Both;
+    let camera = Camera::look_at(Vec3::new(0.8, -0.1, 0.7), Vec3::new(-0.3, 0.2, -1.0), Vec3::Y, 1.2, sensor);
+    Scene::new(g, vec![wall], &[], camera)
+}
+
+/// A room open to the sky, in which the first integrators of the lecture have a low variance: most walks end in light, its lamp
+/// is large and touches nothing. Every kind of material is there, deltas beside continuous parts among them.
+pub fn courtyard(others: &[Light], sensor: Sensor) -> Scene {
+    let glossy = |base, metallic, roughness: f32| {
+        Bsdf::MetallicRoughness(MetallicRoughness {
+            base_color: base,
+            metallic,
+            alpha: roughness * roughness,
+            dielectric_f0: Rgb::splat(0.04),
+            dielectric_f90: 1.0,
+        })
+    };
+    let materials = vec![
+        Material::diffuse("white", Rgb::new(0.7, 0.72, 0.68)),
+        Material::new("plastic", glossy(Rgb::new(0.6, 0.1, 0.1), 0.0, 0.7)),
+        Material::new("brass", glossy(Rgb::new(0.9, 0.7, 0.3), 1.0, 0.8)),
+        Material::new("varnish", glossy(Rgb::new(0.2, 0.3, 0.7), 0.0, 0.0)),
+        Material::mirror("mirror", Rgb::splat(0.9)),
+        Material::new(
+            "frosted glass",
+            Bsdf::Dielectric(Dielectric { color: Rgb::new(0.9, 1.0, 0.8), ior: 1.4, alpha: 0.6, transmission: 0.3 }),
+        ),
+        Material::diffuse("lamp", Rgb::splat(0.3)).emitting(Rgb::new(2.0, 1.5, 1.0)),
+    ];
+    let mut g = Geometry::default();
+    let v = Vec3::new;
+    quad(&mut g, [v(-1., -1., -1.), v(-1., -1., 1.), v(1., -1., 1.), v(1., -1., -1.)], 0);
+    quad(&mut g, [v(-1., -1., -1.), v(-1., 0.2, -1.), v(-1., 0.2, 1.), v(-1., -1., 1.)], 1);
+    quad(&mut g, [v(1., -1., -1.), v(1., -1., 1.), v(1., 0.2, 1.), v(1., 0.2, -1.)], 2);
+    quad(&mut g, [v(-1., -1., -1.), v(1., -1., -1.), v(1., 0.2, -1.), v(-1., 0.2, -1.)], 3);
+    quad(&mut g, [v(-0.6, 0.7, -0.6), v(0.6, 0.7, -0.6), v(0.6, 0.7, 0.6), v(-0.6, 0.7, 0.6)], 6);
+    g.add_sphere(v(-0.45, -0.5, -0.4), 0.3, MaterialId(4));
+    g.add_sphere(v(0.45, -0.5, -0.4), 0.3, MaterialId(5));
+    let sky = Light::Environment { radiance: Rgb::new(0.4, 0.5, 0.6) };
+    let camera = Camera::look_at(v(0.1, 0.3, 1.6), v(0.0, -0.4, -1.0), Vec3::Y, 0.9, sensor);
+    Scene::new(g, materials, &[&[sky], others].concat(), camera)
 }

@@ -49,6 +49,12 @@ impl Diffuse {
         0
     }
 
+    /// See [`super::Bsdf::continuous_probability`].
+    #[inline]
+    pub fn continuous_probability(&self, _known: Vec3) -> f32 {
+        1.0
+    }
+
     /// See [`super::Bsdf::event`].
     #[inline]
     pub fn continuous_event(&self, _to_camera: Vec3, _to_light: Vec3) -> ScatterEvent {

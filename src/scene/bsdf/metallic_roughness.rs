@@ -149,6 +149,12 @@ impl MetallicRoughness {
         u8::from(self.is_smooth() && self.is_specular())
     }
 
+    /// See [`super::Bsdf::continuous_probability`].
+    #[inline]
+    pub fn continuous_probability(&self, known: Vec3) -> f32 {
+        if self.is_smooth() { 1.0 - self.specular_probability(known, self.coat(known)) } else { 1.0 }
+    }
+
     /// See [`super::Bsdf::event`].
     #[inline]
     pub fn continuous_event(&self, to_camera: Vec3, to_light: Vec3) -> ScatterEvent {

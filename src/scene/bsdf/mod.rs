@@ -6,6 +6,7 @@
 
 mod dielectric;
 mod diffuse;
+mod directions;
 mod fresnel;
 mod layer;
 mod metallic_roughness;
@@ -23,6 +24,7 @@ use crate::{
 
 pub use dielectric::Dielectric;
 pub use diffuse::Diffuse;
+pub use directions::Directions;
 pub use metallic_roughness::MetallicRoughness;
 pub use thin::ThinDielectric;
 
@@ -224,6 +226,22 @@ impl Bsdf {
     #[inline]
     pub fn delta_count(&self) -> u8 {
         dispatch!(self, b => b.delta_count())
+    }
+
+    /// The probability, in [0, 1], with which [`Self::sample`] takes the continuous part from `known`; deltas have the rest.
+    #[inline]
+    pub fn continuous_probability(&self, known: Vec3) -> f32 {
+        dispatch!(self, b => b.continuous_probability(known))
+    }
+
+    /// Whether the continuous part may scatter to the other side of the surface.
+    #[inline]
+    pub fn continuous_transmits(&self) -> bool {
+        match self {
+            Self::Diffuse(_) | Self::MetallicRoughness(_) => false,
+            Self::Dielectric(d) => d.continuous_transmits(),
+            Self::Thin(t) => t.continuous_transmits(),
+        }
     }
 
     /// The path-class event: a deterministic function of the lobe and the two directions.

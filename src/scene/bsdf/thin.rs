@@ -125,6 +125,22 @@ impl ThinDielectric {
         if self.is_smooth() { 2 } else { 0 }
     }
 
+    /// See [`super::Bsdf::continuous_probability`].
+    #[inline]
+    pub fn continuous_probability(&self, known: Vec3) -> f32 {
+        if self.is_smooth() {
+            1.0 - self.base().interface_probability(fresnel::dielectric(known.z.abs(), self.ior))
+        } else {
+            1.0
+        }
+    }
+
+    /// See [`super::Bsdf::continuous_transmits`].
+    #[inline]
+    pub fn continuous_transmits(&self) -> bool {
+        !self.is_smooth()
+    }
+
     /// See [`super::Bsdf::event`].
     #[inline]
     pub fn continuous_event(&self, to_camera: Vec3, to_light: Vec3) -> ScatterEvent {
