@@ -1,6 +1,6 @@
 //! Accessors: typed arrays in the buffers, read only where every byte was shown to be there.
 
-use glam::{Vec3, Vec4};
+use glam::{DMat4, Vec3, Vec4};
 use gltf_json::{
     Index, Root,
     accessor::{Accessor, ComponentType, Type},
@@ -153,14 +153,41 @@ impl<'a> Accessors<'a> {
         Ok(numbers.chunks_exact(3).map(Vec3::from_slice).collect())
     }
 
-    /// Vectors of four floats, or of 8 or 16 bit integers: rotations. Not checked for being finite.
+    /// Vectors of four floats, or of 8 or 16 bit integers: rotations and weights. Not checked for being finite.
     pub(super) fn vec4(&self, index: Index<Accessor>) -> Result<Vec<Vec4>, Fault> {
-        let packed = self.packed(index, Type::Vec4, "rotations have type VEC4")?;
+        let packed = self.packed(index, Type::Vec4, "rotations, weights and tangents have type VEC4")?;
         let numbers = floats(&packed).ok_or_else(|| {
-            let what = "rotations are floats, or normalized 8 or 16 bit integers";
+            let what = "rotations, weights and tangents are floats, or normalized 8 or 16 bit integers";
             Fault::invalid(format!("{}/componentType", pointer(index)), what)
         })?;
         Ok(numbers.chunks_exact(4).map(Vec4::from_slice).collect())
+    }
+
+    /// The joints that move a vertex, as numbers within a skin.
+    pub(super) fn joints(&self, index: Index<Accessor>) -> Result<Vec<[u16; 4]>, Fault> {
+        let packed = self.packed(index, Type::Vec4, "joints have type VEC4")?;
+        let numbers = match packed.component {
+            ComponentType::U8 | ComponentType::U16 if !packed.normalized => integers(&packed.bytes, packed.component),
+            _ => None,
+        };
+        let numbers = numbers.ok_or_else(|| {
+            Fault::invalid(format!("{}/componentType", pointer(index)), "joints are unsigned 8 or 16 bit integers")
+        })?;
+        Ok(numbers.as_chunks::<4>().0.iter().map(|v| v.map(|joint| joint as u16)).collect())
+    }
+
+    /// Matrices of 4 × 4 floats.
+    pub(super) fn mat4(&self, index: Index<Accessor>) -> Result<Vec<DMat4>, Fault> {
+        let packed = self.packed(index, Type::Mat4, "inverse bind matrices have type MAT4")?;
+        let numbers = match packed.component {
+            ComponentType::F32 => floats(&packed),
+            _ => None,
+        };
+        let numbers = numbers.ok_or_else(|| {
+            Fault::invalid(format!("{}/componentType", pointer(index)), "inverse bind matrices are floats")
+        })?;
+        let matrices = numbers.as_chunks::<16>().0.iter();
+        Ok(matrices.map(|m| DMat4::from_cols_array(&m.map(f64::from))).collect())
     }
 
     fn packed(&self, index: Index<Accessor>, kind: Type, rule: &str) -> Result<Packed, Fault> {

@@ -8,8 +8,9 @@ use super::{
     Assembly,
     accessor::Accessors,
     error::Fault,
-    mesh::{self, MAX_TRIANGLES, Part},
+    mesh::{self, MAX_TRIANGLES, Part, World},
     node::Placed,
+    pose,
 };
 use crate::scene::{
     geometry::{Mesh, MeshId, Placement},
@@ -53,6 +54,9 @@ impl Assembly<'_> {
         for placed in nodes {
             let Some(node) = self.root.nodes.get(placed.index) else { continue };
             let Some(shown) = node.mesh.and_then(|mesh| self.meshes.get_mut(mesh.value())) else { continue };
+            if node.skin.is_some() || node.weights.is_some() {
+                continue;
+            }
             shown.uses += match attributes(node, placed)? {
                 None => 1,
                 Some(attributes) => count(self.accessors, &attributes, placed)?.unwrap_or(1) as u64,
@@ -61,13 +65,16 @@ impl Assembly<'_> {
         Ok(())
     }
 
-    /// Shows a mesh where the node is, or wherever the node's instances are.
-    pub(super) fn mesh(&mut self, index: usize, node: &Node, placed: &Placed) -> Result<(), Fault> {
+    /// Shows a mesh where the node is, wherever the node's instances are, or where its skin's joints put it.
+    pub(super) fn mesh(&mut self, index: usize, node: &Node, placed: &Placed, nodes: &[Placed]) -> Result<(), Fault> {
+        if node.skin.is_some() || node.weights.is_some() {
+            return self.posed(index, node, placed, nodes);
+        }
         let Some(shown) = self.meshes.get_mut(index) else { return Ok(()) };
         let mut shown = std::mem::take(shown);
         let parts = match shown.parts.take() {
             Some(parts) => parts,
-            None => mesh::read(self.root, self.accessors, index, &mut self.loaded.warnings)?,
+            None => self.read_mesh(index, None)?,
         };
         let materials: Vec<_> = parts.iter().map(|part| self.material(part.material)).collect();
         let triangles: u64 = parts.iter().map(|part| part.triangles.len() as u64).sum();
@@ -86,6 +93,37 @@ impl Assembly<'_> {
         shown.parts = Some(parts);
         self.meshes[index] = shown;
         Ok(())
+    }
+
+    /// Shows a mesh in a pose of the node's own, which it shares with no other.
+    fn posed(&mut self, index: usize, node: &Node, placed: &Placed, nodes: &[Placed]) -> Result<(), Fault> {
+        let parts = self.read_mesh(index, node.weights.as_deref())?;
+        let joints = pose::joints(self.root, self.accessors, node, nodes, &mut self.loaded.warnings)?;
+        for to_world in transforms(self.accessors, node, placed)? {
+            for part in &parts {
+                self.counts.add(part, placed)?;
+                self.loaded.summary.triangles += part.triangles.len();
+                let world = match &joints {
+                    Some(joints) if !part.influences.is_empty() => pose::place(part, joints, placed)?,
+                    _ => mesh::place(part, &Placed { to_world, ..*placed })?,
+                };
+                let material = self.material(part.material);
+                self.add(&world, material);
+            }
+        }
+        Ok(())
+    }
+
+    /// A mesh morphed with the weights of the node, or its own.
+    fn read_mesh(&mut self, index: usize, weights: Option<&[f32]>) -> Result<Vec<Part>, Fault> {
+        let own = self.root.meshes.get(index).and_then(|mesh| mesh.weights.as_deref());
+        let weights = weights.or(own).unwrap_or_default();
+        mesh::read(self.root, self.accessors, index, weights, &mut self.loaded.warnings)
+    }
+
+    fn add(&mut self, world: &World, material: MaterialId) {
+        let normals = world.normals.as_deref();
+        self.loaded.geometry.add_triangles(&world.positions, normals, &world.triangles, material);
     }
 
     /// Places an instance. False if it would lie beyond the range of f32, which copying can say more of.
@@ -136,8 +174,7 @@ impl Assembly<'_> {
         for (part, &material) in parts.iter().zip(materials) {
             self.counts.add(part, placed)?;
             let world = mesh::place(part, placed)?;
-            let normals = world.normals.as_deref();
-            self.loaded.geometry.add_triangles(&world.positions, normals, &world.triangles, material);
+            self.add(&world, material);
         }
         Ok(())
     }

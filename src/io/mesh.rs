@@ -11,6 +11,7 @@ use super::{
     accessor::{self, Accessors},
     error::Fault,
     node::Placed,
+    pose::{self, Influences},
 };
 
 /// More triangles than this are refused before they are made. Those of a shared mesh count once.
@@ -24,21 +25,24 @@ pub(super) struct Part {
     pub(super) positions: Vec<Vec3>,
     pub(super) normals: Option<Vec<Vec3>>,
     pub(super) triangles: Vec<[u32; 3]>,
+    /// For a skin; empty where there are no joints.
+    pub(super) influences: Influences,
     /// The file's material, `None` for the default one.
     pub(super) material: Option<usize>,
 }
 
-/// Reads the primitives of a mesh that are made of triangles.
+/// Reads the primitives of a mesh that are made of triangles, morphed with these weights.
 pub(super) fn read(
     root: &Root,
     accessors: Accessors<'_>,
     mesh: usize,
+    weights: &[f32],
     warnings: &mut Vec<String>,
 ) -> Result<Vec<Part>, Fault> {
     let mut parts = Vec::new();
     let Some(mesh_source) = root.meshes.get(mesh) else { return Ok(parts) };
     for (i, primitive) in mesh_source.primitives.iter().enumerate() {
-        parts.extend(part(accessors, primitive, &format!("/meshes/{mesh}/primitives/{i}"), warnings)?);
+        parts.extend(part(accessors, primitive, weights, &format!("/meshes/{mesh}/primitives/{i}"), warnings)?);
     }
     Ok(parts)
 }
@@ -46,6 +50,7 @@ pub(super) fn read(
 fn part(
     accessors: Accessors<'_>,
     primitive: &Primitive,
+    weights: &[f32],
     at: &str,
     warnings: &mut Vec<String>,
 ) -> Result<Option<Part>, Fault> {
@@ -67,7 +72,7 @@ fn part(
     if !accessors.has_data(source) && extensions.is_some_and(|others| others.contains_key(DRACO)) {
         return Err(Fault::unsupported(at, format!("this primitive is there with {DRACO} alone")));
     }
-    let positions = accessors.vec3(source)?;
+    let mut positions = accessors.vec3(source)?;
     if let Some(i) = positions.iter().position(|p| !p.is_finite()) {
         let what = format!("the position in element {i} is not finite: {}", positions[i]);
         return Err(Fault::invalid(accessor::pointer(source), what));
@@ -83,14 +88,14 @@ fn part(
             let what = format!("there are {} normals for {} positions", accessors.count(source), positions.len());
             return Err(Fault::invalid(format!("{at}/attributes/NORMAL"), what));
         }
-        let mut read = accessors.vec3(source)?;
-        mend(&mut read, &positions, &triangles, at, warnings);
-        normals = Some(read);
+        normals = Some(accessors.vec3(source)?);
     }
-    if primitive.targets.as_ref().is_some_and(|targets| !targets.is_empty()) {
-        warnings.push(format!("{at} has morph targets, which are not read yet: shown without"));
+    pose::morph(accessors, primitive, weights, &mut positions, normals.as_deref_mut(), at)?;
+    if let Some(normals) = &mut normals {
+        mend(normals, &positions, &triangles, at, warnings);
     }
-    Ok(Some(Part { positions, normals, triangles, material: primitive.material.map(|m| m.value()) }))
+    let influences = Influences::read(accessors, primitive, positions.len(), at)?;
+    Ok(Some(Part { positions, normals, triangles, influences, material: primitive.material.map(|m| m.value()) }))
 }
 
 fn in_range(corners: Vec<u32>, positions: usize, indices: Index<gltf_json::Accessor>) -> Result<Vec<u32>, Fault> {
@@ -168,14 +173,19 @@ pub(super) fn place(part: &Part, node: &Placed) -> Result<World, Fault> {
     }
     let mirrored = m.determinant() < 0.0;
     let turn = |&[a, b, c]: &[u32; 3]| if mirrored { [a, c, b] } else { [a, b, c] };
-    // The cofactors are the inverse transpose up to the determinant, and exist for a flattened node too.
-    let sign = if mirrored { -1.0 } else { 1.0 };
-    let (x, y, z) = (m.x_axis, m.y_axis, m.z_axis);
-    let cofactors = DMat3::from_cols(y.cross(z), z.cross(x), x.cross(y)) * sign;
-    let normal = |n: &Vec3| (cofactors * n.as_dvec3()).try_normalize().map_or(*n, |n| n.as_vec3());
+    let normals = normal_matrix(m);
+    let normal = |n: &Vec3| (normals * n.as_dvec3()).try_normalize().map_or(*n, |n| n.as_vec3());
     Ok(World {
         positions,
         normals: part.normals.as_ref().map(|normals| normals.iter().map(normal).collect()),
         triangles: part.triangles.iter().map(turn).collect(),
     })
+}
+
+/// The matrix that takes normals along with `m`, up to a positive factor: the cofactors are the inverse transpose up to the
+/// determinant, and exist for a matrix that flattens too.
+pub(super) fn normal_matrix(m: DMat3) -> DMat3 {
+    let sign = if m.determinant() < 0.0 { -1.0 } else { 1.0 };
+    let (x, y, z) = (m.x_axis, m.y_axis, m.z_axis);
+    DMat3::from_cols(y.cross(z), z.cross(x), x.cross(y)) * sign
 }

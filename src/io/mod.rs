@@ -44,6 +44,7 @@ mod light;
 mod material;
 mod mesh;
 mod node;
+mod pose;
 
 #[cfg(test)]
 mod tests;
@@ -201,30 +202,25 @@ impl<'a> Assembly<'a> {
     }
 
     fn nodes(&mut self) -> Result<(), Fault> {
-        let mut skinned = 0;
         let nodes = node::hierarchy(self.root, &mut self.loaded.warnings)?;
         self.count_uses(&nodes)?;
-        for placed in nodes {
+        for placed in &nodes {
             let Some(node) = self.root.nodes.get(placed.index) else { continue };
             if let Some(mesh) = node.mesh {
-                self.mesh(mesh.value(), node, &placed)?;
-                skinned += u32::from(node.skin.is_some());
+                self.mesh(mesh.value(), node, placed, &nodes)?;
             }
             if let Some(index) = node.camera {
-                let camera = camera::camera(self.root, &placed, index.value(), &mut self.loaded.warnings)?;
+                let camera = camera::camera(self.root, placed, index.value(), &mut self.loaded.warnings)?;
                 self.loaded.cameras.push(camera);
             }
             let Some(extensions) = &node.extensions else { continue };
             if let Some(light) = &extensions.khr_lights_punctual {
-                let light = light::light(self.root, &placed, light.light.value(), &mut self.loaded.warnings)?;
+                let light = light::light(self.root, placed, light.light.value(), &mut self.loaded.warnings)?;
                 self.loaded.lights.extend(light);
             }
             if let Some(sphere) = extensions.others.get("PATHSPACE_sphere") {
-                self.sphere(sphere, &placed)?;
+                self.sphere(sphere, placed)?;
             }
-        }
-        if skinned > 0 {
-            self.loaded.warnings.push(format!("skins are not read yet: {skinned} meshes are shown unposed"));
         }
         Ok(())
     }

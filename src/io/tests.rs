@@ -3,6 +3,7 @@
 mod corpus;
 mod errors;
 mod instancing;
+mod pose;
 mod reading;
 
 use std::path::Path;
@@ -77,7 +78,7 @@ fn world(document: &Value) -> mesh::World {
         (document::parse(document.to_string().as_bytes(), "x", &mut Vec::new()).unwrap(), vec![]);
     accessor::check(&root).unwrap();
     let buffers = buffer::read(&root, None, Path::new("."), &mut Hash::new()).unwrap();
-    let parts = mesh::read(&root, Accessors::new(&root, &buffers), 0, &mut warnings).unwrap();
+    let parts = mesh::read(&root, Accessors::new(&root, &buffers), 0, &[], &mut warnings).unwrap();
     let nodes = super::node::hierarchy(&root, &mut warnings).unwrap();
     mesh::place(&parts[0], nodes.last().unwrap()).unwrap()
 }

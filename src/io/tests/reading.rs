@@ -34,6 +34,7 @@ fn normals_go_with_the_inverse_transpose() {
         positions: vec![Vec3::X, Vec3::Y, Vec3::Z],
         normals: Some(vec![Vec3::ONE.normalize(); 3]),
         triangles: vec![[0, 1, 2]],
+        influences: Default::default(),
         material: None,
     };
     let matrices = [

@@ -1,0 +1,179 @@
+//! Poses at rest: morph targets with the weights that the file gives, and skins with their joints where the nodes are.
+
+use glam::{DAffine3, DMat3, DMat4, DVec3, Vec3, Vec4};
+use gltf_json::{
+    Accessor, Index, Node, Root,
+    mesh::{Primitive, Semantic},
+    validation::Checked,
+};
+
+use super::{
+    accessor::{self, Accessors},
+    error::Fault,
+    mesh::{Part, World, normal_matrix},
+    node::Placed,
+};
+
+/// Moves positions and normals by the morph targets: base + Σ weight · displacement (glTF 2.0 specification, 3.7.2.2).
+/// Normals are not normalised.
+pub(super) fn morph(
+    accessors: Accessors<'_>,
+    primitive: &Primitive,
+    weights: &[f32],
+    positions: &mut [Vec3],
+    mut normals: Option<&mut [Vec3]>,
+    at: &str,
+) -> Result<(), Fault> {
+    let targets = primitive.targets.as_deref().unwrap_or_default();
+    if !targets.is_empty() && !weights.is_empty() && targets.len() != weights.len() {
+        let what = format!("there are {} morph targets here, and {} weights for them", targets.len(), weights.len());
+        return Err(Fault::invalid(format!("{at}/targets"), what));
+    }
+    for (i, (target, &weight)) in targets.iter().zip(weights).enumerate().filter(|(_, (_, weight))| **weight != 0.0) {
+        let move_by = |values: &mut [Vec3], source: Option<Index<Accessor>>, name: &str| {
+            let Some(source) = source else { return Ok(()) };
+            let offsets = accessors.vec3(source)?;
+            if offsets.len() != values.len() {
+                let what = format!("there are {} displacements for {} vertices", offsets.len(), values.len());
+                return Err(Fault::invalid(format!("{at}/targets/{i}/{name}"), what));
+            }
+            for (value, offset) in values.iter_mut().zip(offsets) {
+                *value += weight * offset;
+            }
+            Ok(())
+        };
+        move_by(positions, target.positions, "POSITION")?;
+        if let Some(normals) = normals.as_deref_mut() {
+            move_by(normals, target.normals, "NORMAL")?;
+        }
+    }
+    match positions.iter().position(|p| !p.is_finite()) {
+        None => Ok(()),
+        Some(i) => Err(Fault::invalid(format!("{at}/targets"), format!("they move vertex {i} to {}", positions[i]))),
+    }
+}
+
+/// Which joints move each vertex, and by how much: four at a time.
+#[derive(Default)]
+pub(super) struct Influences(Vec<Influence>);
+
+struct Influence {
+    joints: Vec<[u16; 4]>,
+    weights: Vec<Vec4>,
+    /// The accessor of the joints, for messages.
+    source: Index<Accessor>,
+}
+
+impl Influences {
+    /// Reads `JOINTS_n` and `WEIGHTS_n` from n = 0 on.
+    pub(super) fn read(
+        accessors: Accessors<'_>,
+        primitive: &Primitive,
+        vertices: usize,
+        at: &str,
+    ) -> Result<Self, Fault> {
+        let attribute = |semantic| primitive.attributes.get(&Checked::Valid(semantic)).copied();
+        let pairs = (0..).map_while(|n| attribute(Semantic::Joints(n)).zip(attribute(Semantic::Weights(n))));
+        let influences = pairs.enumerate().map(|(n, (source, weights))| {
+            let (joints, weights) = (accessors.joints(source)?, accessors.vec4(weights)?);
+            for (name, have) in [("JOINTS", joints.len()), ("WEIGHTS", weights.len())] {
+                if have != vertices {
+                    let what = format!("there are {have} elements for {vertices} positions");
+                    return Err(Fault::invalid(format!("{at}/attributes/{name}_{n}"), what));
+                }
+            }
+            Ok(Influence { joints, weights, source })
+        });
+        Ok(Self(influences.collect::<Result<_, _>>()?))
+    }
+
+    pub(super) fn is_empty(&self) -> bool {
+        self.0.is_empty()
+    }
+
+    /// The transformation of a vertex: Σ weight · joint matrix, the weights brought to a sum of 1. Where all weights are 0,
+    /// the first joint's (files have such vertices, and other readers do this).
+    fn matrix(&self, vertex: usize, joints: &[DAffine3]) -> Result<DAffine3, Fault> {
+        let mut sum = DMat4::ZERO;
+        let mut total = 0.0;
+        for influence in &self.0 {
+            let weights = influence.weights[vertex];
+            for (&joint, weight) in influence.joints[vertex].iter().zip(weights.to_array()) {
+                let Some(matrix) = joints.get(usize::from(joint)) else {
+                    let what = format!("element {vertex} names joint {joint}, and the skin has {}", joints.len());
+                    return Err(Fault::invalid(accessor::pointer(influence.source), what));
+                };
+                let weight = f64::from(weight);
+                sum += DMat4::from(*matrix) * weight;
+                total += weight;
+            }
+        }
+        Ok(match (total != 0.0, self.0.first()) {
+            (false, Some(first)) => joints[usize::from(first.joints[vertex][0])],
+            _ => DAffine3::from_mat4(sum * (1.0 / total)),
+        })
+    }
+}
+
+/// From bind pose to world space for each joint of a node's skin: global transform of the joint · inverse bind matrix.
+///
+/// `None`, with a warning, if a joint is not in the scene. The transform of the skinned node itself plays no part (glTF 2.0
+/// specification, 3.7.3.3).
+pub(super) fn joints(
+    root: &Root,
+    accessors: Accessors<'_>,
+    node: &Node,
+    placed: &[Placed],
+    warnings: &mut Vec<String>,
+) -> Result<Option<Vec<DAffine3>>, Fault> {
+    let Some((index, skin)) = node.skin.and_then(|index| Some((index, root.get(index)?))) else { return Ok(None) };
+    let at = format!("/skins/{}", index.value());
+    let inverse_bind = match skin.inverse_bind_matrices {
+        None => vec![DMat4::IDENTITY; skin.joints.len()],
+        Some(source) => accessors.mat4(source)?,
+    };
+    if inverse_bind.len() < skin.joints.len() {
+        let what = format!("there are {} of them for {} joints", inverse_bind.len(), skin.joints.len());
+        return Err(Fault::invalid(format!("{at}/inverseBindMatrices"), what));
+    }
+    let mut out = Vec::with_capacity(skin.joints.len());
+    for (joint, inverse_bind) in skin.joints.iter().zip(inverse_bind) {
+        let Some(joint) = placed.iter().find(|placed| placed.index == joint.value()) else {
+            warnings.push(format!("{at}: its joint {} is not in the scene; what it poses is unposed", joint.value()));
+            return Ok(None);
+        };
+        let matrix = joint.to_world * DAffine3::from_mat4(inverse_bind);
+        if !matrix.is_finite() {
+            return Err(Fault::invalid(at, format!("the matrix of joint node {} is not finite", joint.index)));
+        }
+        out.push(matrix);
+    }
+    Ok(Some(out))
+}
+
+/// Places a part as its joints do. N_g stays on the side that was the front, as with a node that mirrors.
+pub(super) fn place(part: &Part, joints: &[DAffine3], placed: &Placed) -> Result<World, Fault> {
+    let mut positions = Vec::with_capacity(part.positions.len());
+    let mut normals = part.normals.as_ref().map(|normals| Vec::with_capacity(normals.len()));
+    let mut mirrored = Vec::with_capacity(part.positions.len());
+    for (i, p) in part.positions.iter().enumerate() {
+        let matrix = part.influences.matrix(i, joints)?;
+        let position = matrix.transform_point3(p.as_dvec3()).as_vec3();
+        if !position.is_finite() {
+            let what = format!("vertex {i} of the node's mesh lies at {position} in world space");
+            return Err(Fault::invalid(placed.pointer(), what));
+        }
+        positions.push(position);
+        if let (Some(to), Some(from)) = (&mut normals, &part.normals) {
+            to.push(turned(matrix.matrix3, from[i]));
+        }
+        mirrored.push(matrix.matrix3.determinant() < 0.0);
+    }
+    let turn = |&[a, b, c]: &[u32; 3]| if mirrored[a as usize] { [a, c, b] } else { [a, b, c] };
+    Ok(World { positions, normals, triangles: part.triangles.iter().map(turn).collect() })
+}
+
+fn turned(m: DMat3, n: Vec3) -> Vec3 {
+    let n64: DVec3 = normal_matrix(m) * n.as_dvec3();
+    n64.try_normalize().map_or(n, |n| n.as_vec3())
+}
