@@ -12,7 +12,7 @@ use glam::Vec2;
 use rayon::prelude::*;
 
 use crate::{
-    film::{Crop, Film, FixedPoint, Half},
+    film::{Coverage, Crop, Film, FixedPoint, Half},
     integrator::{Integrator, IntegratorKind, Samplers, Scratch, Sink, Splats, Unit, Weighting},
     math::Rgb,
     path::{JoinedPath, Roulette, Strategy},
@@ -21,8 +21,18 @@ use crate::{
         Scene,
         bsdf::Directions,
         camera::{Raster, Sensor},
+        point::{Place, Point},
     },
 };
+
+/// What an image shows where the camera sees no surface.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Background {
+    /// The environment, as any other light.
+    Shown,
+    /// Nothing: the image has an alpha channel ([`Renderer::alpha`]), and the environment lights the scene unseen.
+    Transparent,
+}
 
 /// Everything besides the scene that changes pixels (the number of samples apart).
 #[derive(Clone, Debug)]
@@ -45,6 +55,8 @@ pub struct Settings {
     pub crop: Crop,
     /// The largest value per channel of a single contribution, if contributions are clamped (which biases the image).
     pub clamp: Option<f32>,
+    /// What is behind everything.
+    pub background: Background,
 }
 
 impl Settings {
@@ -60,6 +72,7 @@ impl Settings {
             filter: Filter::Box,
             crop: Crop::full(sensor),
             clamp: None,
+            background: Background::Shown,
         }
     }
 }
@@ -81,6 +94,8 @@ pub struct Renderer<'a> {
     settings: &'a Settings,
     integrator: Integrator,
     film: Film,
+    /// Of a transparent background.
+    coverage: Option<Coverage>,
     passes: u32,
     samples: u64,
     rays: AtomicU64,
@@ -114,11 +129,16 @@ impl<'a> Renderer<'a> {
     pub fn with_integrator(scene: &'a Scene, settings: &'a Settings, integrator: Integrator) -> Self {
         let scale = FixedPoint::for_peak_radiance(f64::from(scene.lights().peak_radiance()));
         let film = Film::new(scene.camera.sensor(), settings.crop, settings.filter, scale);
+        let coverage = match settings.background {
+            Background::Shown => None,
+            Background::Transparent => Some(Coverage::new(settings.crop, settings.filter)),
+        };
         Self {
             scene,
             settings,
             integrator,
             film,
+            coverage,
             passes: 0,
             samples: 0,
             rays: AtomicU64::new(0),
@@ -163,6 +183,10 @@ impl<'a> Renderer<'a> {
             camera: self.serves_crop(pixel).then_some(Raster(place)),
             splats: if pixel.is_inside(sensor) { Splats::Yes } else { Splats::No },
         };
+        if let (Some(coverage), Some(raster)) = (&self.coverage, unit.camera) {
+            coverage.deposit(raster, self.covered(raster, camera.clone()));
+            sink.shadow_ray();
+        }
         let mut samplers = Samplers {
             camera: &mut camera,
             light: &mut sampler(Stream::Light),
@@ -171,6 +195,17 @@ impl<'a> Renderer<'a> {
         };
         self.integrator.estimate(self.scene, unit, scratch, &mut samplers, sink);
         u64::from(unit.camera.is_some())
+    }
+
+    /// 1 − V towards infinity in the direction that the camera subpath through `raster` takes, with the same numbers.
+    ///
+    /// It has a ray of its own, so that every integrator has the same alpha, also one without camera subpaths.
+    fn covered(&self, raster: Raster, mut sampler: Independent) -> f32 {
+        let camera = &self.scene.camera;
+        let u = if camera.has_aperture() { sampler.next_2d() } else { Vec2::ZERO };
+        let lens = camera.sample_lens(raster, u);
+        let sky = Point { place: Place::Infinite, ..Point::nowhere(camera.direction(&lens, raster)) };
+        if self.scene.visible(&lens, &sky) { 0.0 } else { 1.0 }
     }
 
     /// Whether a camera sample in `pixel` can reach the crop through the filter.
@@ -189,6 +224,11 @@ impl<'a> Renderer<'a> {
     /// The film with the sums so far.
     pub fn film(&self) -> &Film {
         &self.film
+    }
+
+    /// Alpha, pixel by pixel in the crop, if the background is transparent.
+    pub fn alpha(&self) -> Option<Vec<f32>> {
+        self.coverage.as_ref().map(Coverage::alpha)
     }
 
     /// What was done so far.
@@ -261,7 +301,8 @@ struct FilmSink<'a, K> {
 impl<K: Fn(&JoinedPath) -> bool> Sink for FilmSink<'_, K> {
     #[inline]
     fn deposit(&mut self, path: &JoinedPath, value: Rgb) {
-        if !(self.keep)(path) {
+        let unseen = self.renderer.coverage.is_some() && path.shows_background();
+        if unseen || !(self.keep)(path) {
             return;
         }
         let value = match self.renderer.settings.clamp {

@@ -68,6 +68,11 @@ pub(super) struct RenderArgs {
     #[arg(long, value_name = "NAME", default_value = "box", value_parser = values::filter())]
     pub(super) filter: Filter,
 
+    /// Leave the background out of the image, which gets an alpha channel: premultiplied in .exr, straight in .png. An
+    /// environment still lights the scene
+    #[arg(long)]
+    pub(super) transparent: bool,
+
     /// Exposure of PNG images: radiances times 2^EV [default: automatic]
     #[arg(long, value_name = "EV", allow_negative_numbers = true, value_parser = values::finite)]
     pub(super) exposure: Option<f32>,

@@ -6,7 +6,7 @@ use crate::{
     integrator::Weighting,
     io::{NamedCamera, ThinLens, View},
     path::Roulette,
-    render::Settings,
+    render::{Background, Settings},
     scene::{bsdf::Directions, camera::Sensor},
 };
 
@@ -44,6 +44,9 @@ pub(super) fn header(job: &Job<'_>, film: &Film, passes: u32) -> Header {
     }
     if let Some(clamp) = settings.clamp {
         attributes.push(("clamp", clamp.to_string()));
+    }
+    if settings.background == Background::Transparent {
+        attributes.push(("background", "transparent".to_owned()));
     }
     if let Some((strategy, weighting)) = settings.only {
         let weighting = match weighting {

@@ -14,17 +14,19 @@ use super::{
     terminal::Terminal,
 };
 use crate::{
-    film::{Crop, Exposure, Film, Format, check_writable, encode_exr, encode_png, write_atomically},
+    film::{Coverage, Crop, Exposure, Film, Format, check_writable, encode_exr, encode_png, write_atomically},
     integrator::{IntegratorKind, Weighting},
     io,
     path::Strategy,
-    render::{Renderer, Settings},
+    render::{Background, Renderer, Settings},
     scene::{Scene, camera::Sensor, light::Light},
 };
 
 const DEFAULT_SPP: u32 = 64;
 /// Besides the film's sums: the image, two halves while the noise is estimated, and the files before they are written.
 const IMAGE_BYTES_PER_PIXEL: u64 = 52;
+/// The same of the alpha channel.
+const ALPHA_BYTES_PER_PIXEL: u64 = 12;
 
 /// Renders as `args` say. What can be refused is refused before the first ray: wrong options, outputs that cannot be
 /// written, scenes that cannot be read, images that do not fit into memory.
@@ -123,12 +125,17 @@ fn settings(args: &RenderArgs, crop: Crop, only: Option<(Strategy, Weighting)>) 
         filter: args.filter,
         crop,
         clamp: args.clamp,
+        background: if args.transparent { Background::Transparent } else { Background::Shown },
     }
 }
 
 fn check_memory(args: &RenderArgs, settings: &Settings) -> Result<(), Failure> {
     let pixels = settings.crop.pixels();
-    let needed = Film::memory(pixels) + IMAGE_BYTES_PER_PIXEL * pixels;
+    let alpha = match settings.background {
+        Background::Shown => 0,
+        Background::Transparent => Coverage::memory(pixels) + ALPHA_BYTES_PER_PIXEL * pixels,
+    };
+    let needed = Film::memory(pixels) + IMAGE_BYTES_PER_PIXEL * pixels + alpha;
     let limit = args.memory_limit.0;
     if needed <= limit {
         return Ok(());
@@ -230,14 +237,14 @@ fn write(
     terminal: Terminal,
 ) -> Result<(), Failure> {
     let (film, passes) = (renderer.film(), renderer.passes());
-    let image = film.image(passes);
+    let (image, alpha) = (film.image(passes), renderer.alpha());
     let exposure = args.exposure.map_or(Exposure::Auto, Exposure::Ev);
     for (path, format) in outputs {
         let bytes = match format {
-            Format::Exr => encode_exr(&image, &header(job, film, passes)),
+            Format::Exr => encode_exr(&image, alpha.as_deref(), &header(job, film, passes)),
             Format::Png => {
                 terminal.detail(format_args!("exposure {:+.2} EV", exposure.ev(&image)));
-                encode_png(&image, exposure)
+                encode_png(&image, alpha.as_deref(), exposure)
             }
         };
         let refuse = |error| Failure::output(format!("cannot write '{}': {error}", path.display()));

@@ -25,12 +25,13 @@ pub struct Header {
     pub attributes: Vec<(&'static str, String)>,
 }
 
-/// Encodes `image` as an OpenEXR file of one part with the 32-bit float channels R, G and B, without loss, and with
-/// the same bytes whenever called with the same arguments.
+/// Encodes `image` as an OpenEXR file of one part with the 32-bit float channels R, G and B, and A where `alpha` has one number
+/// per pixel, without loss, and with the same bytes whenever called with the same arguments. Colours are premultiplied, as
+/// OpenEXR wants them: `image` holds what the covered part of each pixel adds.
 ///
 /// # Errors
 /// If the format cannot hold the image.
-pub fn encode_exr(image: &Image, header: &Header) -> io::Result<Vec<u8>> {
+pub fn encode_exr(image: &Image, alpha: Option<&[f32]>, header: &Header) -> io::Result<Vec<u8>> {
     let display = IntegerBounds::new((0, 0), (header.sensor.width as usize, header.sensor.height as usize));
     let mut shared = ImageAttributes::new(display);
     shared.chromaticities = Some(REC_709);
@@ -48,14 +49,24 @@ pub fn encode_exr(image: &Image, header: &Header) -> io::Result<Vec<u8>> {
     let encoding =
         Encoding { compression: Compression::ZIP16, blocks: Blocks::ScanLines, line_order: LineOrder::Increasing };
     let size = Vec2(image.width as usize, image.height as usize);
-    let channels = SpecificChannels::rgb(|Vec2(x, y)| <(f32, f32, f32)>::from(image.get(x as u32, y as u32)));
-    let layer = Layer::new(size, own, encoding, channels);
+    let rgb = |x: usize, y: usize| <(f32, f32, f32)>::from(image.get(x as u32, y as u32));
     let mut bytes = Vec::new();
-    ::exr::image::Image::new(shared, layer)
-        .write()
-        .non_parallel()
-        .to_buffered(Cursor::new(&mut bytes))
-        .map_err(|error| io::Error::other(error.to_string()))?;
+    match alpha {
+        None => {
+            let channels = SpecificChannels::rgb(|Vec2(x, y)| rgb(x, y));
+            let image = ::exr::image::Image::new(shared, Layer::new(size, own, encoding, channels));
+            image.write().non_parallel().to_buffered(Cursor::new(&mut bytes))
+        }
+        Some(alpha) => {
+            let channels = SpecificChannels::rgba(|Vec2(x, y)| {
+                let (r, g, b) = rgb(x, y);
+                (r, g, b, alpha[y * size.0 + x])
+            });
+            let image = ::exr::image::Image::new(shared, Layer::new(size, own, encoding, channels));
+            image.write().non_parallel().to_buffered(Cursor::new(&mut bytes))
+        }
+    }
+    .map_err(|error| io::Error::other(error.to_string()))?;
     sort_attributes(&mut bytes).ok_or_else(|| io::Error::other("unexpected OpenEXR header"))?;
     Ok(bytes)
 }
@@ -106,16 +117,38 @@ mod tests {
     #[test]
     fn the_same_image_is_the_same_file() {
         let (image, header) = example();
-        let bytes = encode_exr(&image, &header).unwrap();
+        let bytes = encode_exr(&image, None, &header).unwrap();
         for _ in 0..8 {
-            assert_eq!(bytes, encode_exr(&image, &header).unwrap(), "hash maps have their own order each time");
+            assert_eq!(bytes, encode_exr(&image, None, &header).unwrap(), "hash maps have their own order each time");
         }
+    }
+
+    #[test]
+    fn alpha_is_a_channel_of_its_own_beside_untouched_colours() {
+        let (image, header) = example();
+        let alpha: Vec<f32> = (0..17 * 40).map(|i| i as f32 / 680.0).collect();
+        let bytes = encode_exr(&image, Some(&alpha), &header).unwrap();
+        let read = read()
+            .no_deep_data()
+            .largest_resolution_level()
+            .rgba_channels(
+                |size, _| vec![(Rgb::ZERO, f32::NAN); size.0 * size.1],
+                |pixels: &mut Vec<_>, Vec2(x, y), (r, g, b, a): (f32, f32, f32, f32)| {
+                    pixels[y * 17 + x] = (Rgb::new(r, g, b), a);
+                },
+            )
+            .first_valid_layer()
+            .all_attributes()
+            .from_buffered(Cursor::new(&bytes))
+            .unwrap();
+        let expected: Vec<_> = image.pixels.into_iter().zip(alpha).collect();
+        assert_eq!(read.layer_data.channel_data.pixels, expected);
     }
 
     #[test]
     fn pixels_windows_and_attributes_come_back() {
         let (image, header) = example();
-        let bytes = encode_exr(&image, &header).unwrap();
+        let bytes = encode_exr(&image, None, &header).unwrap();
         let file = read()
             .no_deep_data()
             .largest_resolution_level()

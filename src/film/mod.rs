@@ -4,6 +4,7 @@
 //! image is the same to the last bit for any number of threads, any split of the samples and any order of them.
 //! Nothing is lost silently: what cannot be added is counted ([`DepositErrors`]).
 
+mod coverage;
 mod crop;
 mod exr;
 mod image;
@@ -15,6 +16,7 @@ use std::sync::atomic::{AtomicU64, Ordering::Relaxed};
 
 use self::plane::Plane;
 pub use self::{
+    coverage::Coverage,
     crop::Crop,
     exr::{Header, encode_exr},
     image::{Image, half_image_rel_mse},
@@ -69,7 +71,7 @@ pub struct Film {
     crop: Crop,
     filter: Filter,
     scale: FixedPoint,
-    halves: [Plane; 2],
+    halves: [Plane<3>; 2],
     /// In the order of [`DepositErrors`].
     errors: [AtomicU64; 4],
 }
@@ -97,7 +99,7 @@ impl Film {
 
     /// What a film of so many pixels takes, in bytes.
     pub fn memory(pixels: u64) -> u64 {
-        2 * Plane::BYTES_PER_PIXEL * pixels
+        2 * Plane::<3>::BYTES_PER_PIXEL * pixels
     }
 
     /// The pixels of the image that the film holds.
@@ -122,34 +124,19 @@ impl Film {
         // The support reaches as many pixels to either side as the padding has; what lies outside the crop belongs to
         // another part of the image.
         let place = raster.0;
-        let (columns, weights_x) = self.reach(place.x, self.crop.x0, self.crop.x1);
-        let (rows, weights_y) = self.reach(place.y, self.crop.y0, self.crop.y1);
+        let (columns, weights_x) = reach(self.filter, place.x, self.crop.x0, self.crop.x1);
+        let (rows, weights_y) = reach(self.filter, place.y, self.crop.y0, self.crop.y1);
         let plane = &self.halves[half as usize];
         let mut overflows = 0;
         for (y, wy) in rows.zip(weights_y) {
             let row = y as usize * self.crop.width() as usize;
             for (x, wx) in columns.clone().zip(weights_x) {
-                overflows += plane.add(row + x as usize, quanta * f64::from(wx * wy));
+                overflows += plane.add(row + x as usize, (quanta * f64::from(wx * wy)).to_array());
             }
         }
         if overflows > 0 {
             self.count(Fault::Overflow, overflows);
         }
-    }
-
-    /// The pixels of one axis that a sample at `x` reaches between `first` and `end`, counted from `first`, and the
-    /// filter's weight at each (the array may be longer than the range).
-    #[inline]
-    fn reach(&self, x: f32, first: u32, end: u32) -> (std::ops::Range<u32>, [f32; Filter::MAX_WIDTH]) {
-        // Places far outside saturate, and stay outside.
-        let (own, padding) = (x.floor() as i64, i64::from(self.filter.padding()));
-        let from = (own - padding).clamp(i64::from(first), i64::from(end));
-        let to = (own + padding + 1).clamp(i64::from(first), i64::from(end));
-        let mut weights = [0.0; Filter::MAX_WIDTH];
-        for (pixel, weight) in (from..to).zip(&mut weights) {
-            *weight = self.filter.weight_1d(x - (pixel as f32 + 0.5));
-        }
-        ((from as u32 - first)..(to as u32 - first), weights)
     }
 
     #[cold]
@@ -204,6 +191,21 @@ impl Film {
             .collect();
         Image { width: self.crop.width(), height: self.crop.height(), pixels }
     }
+}
+
+/// The pixels of one axis that a sample at `x` reaches between `first` and `end`, counted from `first`, and the
+/// filter's weight at each (the array may be longer than the range).
+#[inline]
+fn reach(filter: Filter, x: f32, first: u32, end: u32) -> (std::ops::Range<u32>, [f32; Filter::MAX_WIDTH]) {
+    // Places far outside saturate, and stay outside.
+    let (own, padding) = (x.floor() as i64, i64::from(filter.padding()));
+    let from = (own - padding).clamp(i64::from(first), i64::from(end));
+    let to = (own + padding + 1).clamp(i64::from(first), i64::from(end));
+    let mut weights = [0.0; Filter::MAX_WIDTH];
+    for (pixel, weight) in (from..to).zip(&mut weights) {
+        *weight = filter.weight_1d(x - (pixel as f32 + 0.5));
+    }
+    ((from as u32 - first)..(to as u32 - first), weights)
 }
 
 /// Why a deposit cannot be added, if so.

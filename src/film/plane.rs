@@ -5,8 +5,6 @@ use std::{
     sync::atomic::{AtomicU64, Ordering::Relaxed},
 };
 
-use glam::DVec3;
-
 /// The unit in which a film counts: every deposit is rounded once to a multiple of the quantum 2^exponent, and from
 /// there on sums are integers, the same in whatever order they are made.
 ///
@@ -63,24 +61,24 @@ fn power_of_two(exponent: i32) -> f64 {
     f64::from_bits(((1023 + exponent) as u64) << 52)
 }
 
-/// Sums in quanta, three channels for every pixel. A half image is one, and so can a layer be.
-pub(super) struct Plane(Box<[[AtomicU64; 3]]>);
+/// Sums in quanta, so many channels for every pixel. A half image is one, and so can a layer be.
+pub(super) struct Plane<const CHANNELS: usize>(Box<[[AtomicU64; CHANNELS]]>);
 
-impl Plane {
+impl<const CHANNELS: usize> Plane<CHANNELS> {
     /// Bytes for each pixel.
-    pub(super) const BYTES_PER_PIXEL: u64 = size_of::<[AtomicU64; 3]>() as u64;
+    pub(super) const BYTES_PER_PIXEL: u64 = size_of::<[AtomicU64; CHANNELS]>() as u64;
 
     pub(super) fn new(pixels: usize) -> Self {
-        Self(iter::repeat_with(Default::default).take(pixels).collect())
+        Self(iter::repeat_with(|| [const { AtomicU64::new(0) }; CHANNELS]).take(pixels).collect())
     }
 
     /// Adds non-negative `quanta` below [`FixedPoint::LIMIT`], rounded to nearest. Returns how many channels
     /// wrapped around in doing so.
     #[inline]
     #[must_use]
-    pub(super) fn add(&self, pixel: usize, quanta: DVec3) -> u64 {
+    pub(super) fn add(&self, pixel: usize, quanta: [f64; CHANNELS]) -> u64 {
         let mut overflows = 0;
-        for (sum, q) in self.0[pixel].iter().zip(quanta.to_array()) {
+        for (sum, q) in self.0[pixel].iter().zip(quanta) {
             let q = (q + 0.5) as u64;
             if q != 0 {
                 let old = sum.fetch_add(q, Relaxed);
@@ -121,7 +119,7 @@ mod tests {
     #[test]
     fn a_wrap_around_is_noticed() {
         let plane = Plane::new(1);
-        let most = DVec3::splat(FixedPoint::LIMIT * 0.999);
+        let most = [FixedPoint::LIMIT * 0.999; 3];
         let wraps: u64 = (0..20).map(|_| plane.add(0, most)).sum();
         assert_eq!(wraps, 3, "19.98 · 2⁶⁰ passes 2⁶⁴ once in each channel");
     }

@@ -5,7 +5,7 @@ use std::io;
 use ::image::{ExtendedColorType, ImageEncoder, codecs::png::PngEncoder};
 
 use super::Image;
-use crate::math::luminance;
+use crate::math::{Rgb, luminance};
 
 /// How radiances become brightnesses of a display: times 2^EV, then clipped at white.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -44,17 +44,28 @@ impl Exposure {
     }
 }
 
-/// Encodes `image` as an 8-bit sRGB PNG.
+/// Encodes `image` as an 8-bit sRGB PNG, with an alpha channel where `alpha` has one number per pixel. PNG's colours are not
+/// premultiplied, so those of `image` are divided by it; light in a pixel that nothing covers is lost.
 ///
 /// # Errors
 /// If the format cannot hold the image.
-pub fn encode_png(image: &Image, exposure: Exposure) -> io::Result<Vec<u8>> {
+pub fn encode_png(image: &Image, alpha: Option<&[f32]>, exposure: Exposure) -> io::Result<Vec<u8>> {
     let scale = exposure.ev(image).exp2();
-    let samples: Vec<u8> = image.pixels.iter().flat_map(|p| (*p * scale).to_array().map(srgb)).collect();
+    let (samples, channels): (Vec<u8>, _) = match alpha {
+        None => {
+            (image.pixels.iter().flat_map(|p| (*p * scale).to_array().map(srgb)).collect(), ExtendedColorType::Rgb8)
+        }
+        Some(alpha) => {
+            let straight = |(p, a): (&Rgb, &f32)| {
+                let scale = if *a > 0.0 { scale / a } else { 0.0 };
+                let [r, g, b] = (*p * scale).to_array().map(srgb);
+                [r, g, b, (255.0 * a).round() as u8]
+            };
+            (image.pixels.iter().zip(alpha).flat_map(straight).collect(), ExtendedColorType::Rgba8)
+        }
+    };
     let mut bytes = Vec::new();
-    PngEncoder::new(&mut bytes)
-        .write_image(&samples, image.width, image.height, ExtendedColorType::Rgb8)
-        .map_err(io::Error::other)?;
+    PngEncoder::new(&mut bytes).write_image(&samples, image.width, image.height, channels).map_err(io::Error::other)?;
     Ok(bytes)
 }
 
@@ -68,7 +79,6 @@ fn srgb(linear: f32) -> u8 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::math::Rgb;
 
     fn image(pixels: Vec<Rgb>) -> Image {
         Image { width: pixels.len() as u32, height: 1, pixels }
@@ -93,8 +103,17 @@ mod tests {
 
     #[test]
     fn a_png_holds_the_exposed_codes() {
-        let bytes = encode_png(&image(vec![Rgb::splat(0.25), Rgb::new(1.0, 0.0, 0.045)]), Exposure::Ev(2.0)).unwrap();
+        let bytes =
+            encode_png(&image(vec![Rgb::splat(0.25), Rgb::new(1.0, 0.0, 0.045)]), None, Exposure::Ev(2.0)).unwrap();
         let decoded = ::image::load_from_memory(&bytes).unwrap().into_rgb8();
         assert_eq!(decoded.as_raw(), &[255, 255, 255, 255, 0, 118]);
+    }
+
+    #[test]
+    fn colours_beside_alpha_are_straight() {
+        let pixels = vec![Rgb::splat(0.09), Rgb::new(1.0, 0.18, 0.0), Rgb::splat(0.3)];
+        let bytes = encode_png(&image(pixels), Some(&[0.5, 1.0, 0.0]), Exposure::Ev(0.0)).unwrap();
+        let decoded = ::image::load_from_memory(&bytes).unwrap().into_rgba8();
+        assert_eq!(decoded.as_raw(), &[118, 118, 118, 128, 255, 118, 0, 255, 0, 0, 0, 0]);
     }
 }

@@ -140,6 +140,12 @@ impl<'a> JoinedPath<'a> {
         }
     }
 
+    /// Whether it is the background as the camera sees it: a path of one edge to an infinite point.
+    #[inline]
+    pub fn shows_background(&self) -> bool {
+        self.edges() == 1 && self.step(1).vertex.point.place == Place::Infinite
+    }
+
     /// The product of roulette's survival probabilities in [`JoinedPath::contribution`].
     pub fn survival(&self) -> f32 {
         self.camera[self.camera.len() - 1].survival * self.light.last().map_or(1.0, |y| y.survival)

@@ -12,3 +12,4 @@ mod public;
 mod report;
 mod scenes;
 mod statistics;
+mod transparent;

@@ -29,11 +29,11 @@ pub fn write(name: &str, images: &[(String, Image)]) -> PathBuf {
     std::fs::create_dir_all(&folder).expect("a folder for the images of a failure");
     let exposure = Exposure::Ev(Exposure::Auto.ev(&images[0].1));
     for (label, image) in images {
-        let png = encode_png(image, exposure).expect("PNG");
+        let png = encode_png(image, None, exposure).expect("PNG");
         std::fs::write(folder.join(label.replace(' ', "-")).with_extension("png"), png).expect("writing an image");
         let sensor = Sensor { width: image.width, height: image.height, padding: 0 };
         let header = Header { sensor, crop: Crop::full(sensor), attributes: Vec::new() };
-        let exr = encode_exr(image, &header).expect("EXR");
+        let exr = encode_exr(image, None, &header).expect("EXR");
         std::fs::write(folder.join(label.replace(' ', "-")).with_extension("exr"), exr).expect("writing an image");
     }
     if let [(_, a), .., (_, b)] = images {
@@ -42,7 +42,7 @@ pub fn write(name: &str, images: &[(String, Image)]) -> PathBuf {
         for (p, q) in difference.pixels.iter_mut().zip(&b.pixels) {
             *p = Rgb::splat(0.18) + (*p - *q) / scale;
         }
-        let png = encode_png(&difference, Exposure::Ev(0.0)).expect("PNG");
+        let png = encode_png(&difference, None, Exposure::Ev(0.0)).expect("PNG");
         std::fs::write(folder.join("difference.png"), png).expect("writing an image");
     }
     folder
