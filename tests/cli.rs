@@ -332,6 +332,67 @@ fn a_time_ends_a_render() {
 }
 
 #[test]
+fn info_answers_programs_in_json() {
+    let run = Run::new();
+    let output = run.pathspace(&["info", scene().to_str().unwrap(), "--json"]);
+    assert_eq!(code(&output), 0, "{}", stderr(&output));
+    let info: serde_json::Value = serde_json::from_str(&stdout(&output)).unwrap();
+    let is =
+        |pointer: &str, expected: serde_json::Value| assert_eq!(info.pointer(pointer), Some(&expected), "{pointer}");
+    is("/layout", 1.into());
+    is("/scene", 0.into());
+    is("/binary", true.into());
+    is("/lights/emissive_triangles", 2.into());
+    is("/lights/suns", 0.into());
+    is("/cameras/0/type", "perspective".into());
+    is("/cameras/0/position", vec![2.78, 2.73, -8.0].into());
+    is("/cameras/0/lens", serde_json::Value::Null);
+    is("/warnings", serde_json::Value::Array(vec![]));
+    for member in ["hash", "generator", "scenes", "file", "geometry", "materials", "extensions"] {
+        assert!(!info[member].is_null() || member == "generator", "{member}: {info}");
+    }
+    assert_eq!(info["geometry"]["bounds"]["min"].as_array().unwrap().len(), 3);
+    assert_eq!(stdout(&run.pathspace(&["info", scene().to_str().unwrap(), "--json"])), stdout(&output));
+}
+
+#[test]
+fn a_scene_of_several_is_chosen() {
+    let run = Run::new();
+    let two = triangle("0.0").replace(
+        r#""scene": 0, "scenes": [{ "nodes": [0] }]"#,
+        r#""scene": 0, "scenes": [{ "nodes": [0] }, { "name": "void", "nodes": [] }]"#,
+    );
+    fs::write(run.path("two.gltf"), two).unwrap();
+    let described = |scene: &str| stdout(&run.pathspace(&["info", "two.gltf", "--scene", scene]));
+    assert!(described("0").contains("1 triangles") && described("void").contains("0 triangles"));
+    refused(&run.pathspace(&["info", "two.gltf", "--scene", "day"]), 2, "the file has 0, 1 “void”");
+    refused(&run.pathspace(&["render", "two.gltf", "--scene", "2"]), 2, "the file has 0, 1 “void”");
+    let render = ["render", "two.gltf", "-q", "--width", "8", "--height", "8", "--spp", "1", "-o", "a.exr"];
+    assert_eq!(code(&run.pathspace(&[&render[..], &["--scene", "void"]].concat())), 0);
+    assert!(String::from_utf8_lossy(&fs::read(run.path("a.exr")).unwrap()).contains("pathspace.scene-index"));
+}
+
+#[test]
+fn a_transparent_background_is_an_alpha_channel() {
+    let run = Run::new();
+    // A triangle before nothing, in the middle of the image.
+    fs::write(run.path("t.gltf"), triangle("0.0")).unwrap();
+    let out = ["-o", "a.png", "-o", "a.exr"];
+    let size = ["--width", "16", "--height", "16", "--spp", "4", "-q"];
+    for integrator in ["path", "light"] {
+        let options = [&["render", "t.gltf", "--transparent", "-i", integrator][..], &size, &out].concat();
+        let output = run.pathspace(&options);
+        assert_eq!(code(&output), 0, "{}", stderr(&output));
+        let png = image::open(run.path("a.png")).unwrap();
+        assert!(png.color().has_alpha());
+        let png = png.into_rgba8();
+        assert_eq!((png.get_pixel(0, 0).0[3], png.get_pixel(7, 8).0[3]), (0, 255), "{integrator}");
+        let exr = fs::read(run.path("a.exr")).unwrap();
+        assert!(String::from_utf8_lossy(&exr).contains("pathspace.background"));
+    }
+}
+
+#[test]
 fn info_describes_a_scene() {
     let run = Run::new();
     let output = run.pathspace(&["info", scene().to_str().unwrap()]);

@@ -20,7 +20,8 @@ const LARGEST_SIDE: i64 = 32_768;
 #[derive(Debug, clap::Args)]
 pub(super) struct RenderArgs {
     /// The scene, glTF 2.0 (.gltf or .glb)
-    pub(super) scene: PathBuf,
+    #[arg(value_name = "SCENE")]
+    pub(super) file: PathBuf,
 
     /// Image to write, .exr (linear, lossless) or .png; may be given several times [default: SCENE-INTEGRATOR.exr and
     /// .png in the working directory]
@@ -96,6 +97,10 @@ pub(super) struct RenderArgs {
     /// With --only-strategy: the strategy by itself, not weighted against the others
     #[arg(long, requires = "only_strategy")]
     pub(super) unweighted: bool,
+
+    /// Scene of a file with several, by name or index [default: the file's default, else the first]
+    #[arg(long, value_name = "NAME|INDEX", allow_hyphen_values = true)]
+    pub(super) scene: Option<String>,
 
     /// Camera of the file, by name or index [default: the first]
     #[arg(long, value_name = "NAME|INDEX")]

@@ -2,6 +2,8 @@
 
 use std::{fmt::Write, process::ExitCode};
 
+use crate::io::LoadError;
+
 /// The exit codes of every subcommand.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(u8)]
@@ -62,6 +64,15 @@ impl From<Exit> for ExitCode {
 pub(super) struct Failure {
     pub(super) exit: Exit,
     pub(super) sentence: String,
+}
+
+impl From<LoadError> for Failure {
+    fn from(error: LoadError) -> Self {
+        match error {
+            LoadError::NoSuchScene { .. } => Self::usage(error.to_string()),
+            _ => Self::input(error.to_string()),
+        }
+    }
 }
 
 impl Failure {

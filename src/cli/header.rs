@@ -16,6 +16,8 @@ const INSTRUCTIONS: &str = "scalar";
 /// What was rendered.
 pub(super) struct Job<'a> {
     pub(super) scene_hash: String,
+    /// Which scene of a file with several.
+    pub(super) shown: Option<usize>,
     pub(super) camera: &'a NamedCamera,
     pub(super) sensor: Sensor,
     pub(super) settings: &'a Settings,
@@ -41,6 +43,9 @@ pub(super) fn header(job: &Job<'_>, film: &Film, passes: u32) -> Header {
     ];
     if settings.hemisphere != Directions::Bsdf {
         attributes.push(("hemisphere", settings.hemisphere.name().to_owned()));
+    }
+    if let Some(index) = job.shown {
+        attributes.push(("scene-index", index.to_string()));
     }
     if let Some(clamp) = settings.clamp {
         attributes.push(("clamp", clamp.to_string()));

@@ -1,18 +1,38 @@
 //! `pathspace info`: what a scene file holds.
 
-use std::{collections::BTreeMap, path::Path};
+use std::{collections::BTreeMap, path::PathBuf};
 
-use super::{exit::Failure, terminal};
+use super::{exit::Failure, info_json, terminal};
 use crate::{
-    io::{self, Loaded, PunctualLight, ThinLens, View},
+    io::{self, Loaded, PunctualLight, Summary, ThinLens, View},
     scene::{
         bsdf::Bsdf,
         material::{Material, MaterialId},
     },
 };
 
-pub(super) fn run(path: &Path) -> Result<(), Failure> {
-    let loaded = io::load(path).map_err(|error| Failure::input(error.to_string()))?;
+/// The options of `pathspace info`.
+#[derive(Debug, clap::Args)]
+pub(super) struct InfoArgs {
+    /// The scene, glTF 2.0 (.gltf or .glb)
+    #[arg(value_name = "SCENE")]
+    file: PathBuf,
+
+    /// Scene of a file with several, by name or index [default: the file's default, else the first]
+    #[arg(long, value_name = "NAME|INDEX", allow_hyphen_values = true)]
+    scene: Option<String>,
+
+    /// Write JSON for programs: lengths in metres, angles in radians
+    #[arg(long)]
+    json: bool,
+}
+
+pub(super) fn run(args: &InfoArgs) -> Result<(), Failure> {
+    let loaded = io::load_scene(&args.file, args.scene.as_deref())?;
+    if args.json {
+        terminal::answer(format_args!("{:#}", info_json::describe(&loaded)));
+        return Ok(());
+    }
     terminal::answer(describe(&loaded));
     for warning in &loaded.warnings {
         terminal::answer(format_args!("warning    {warning}"));
@@ -25,6 +45,7 @@ pub(super) fn describe(loaded: &Loaded) -> String {
     let geometry = &loaded.geometry;
     let mut lines = vec![
         format!("hash       {}", loaded.hash),
+        format!("scenes     {}", scenes(&loaded.summary)),
         format!("geometry   {} triangles, {} spheres", geometry.triangle_count(), geometry.sphere_count()),
     ];
     if geometry.instance_count() > 0 {
@@ -45,6 +66,19 @@ pub(super) fn describe(loaded: &Loaded) -> String {
         lines.push("camera     none; 'render' frames the whole scene".to_owned());
     }
     lines.join("\n")
+}
+
+/// `2: 0 'day' (shown), 1 'night'`.
+fn scenes(summary: &Summary) -> String {
+    let one = |(index, name): (usize, &Option<String>)| {
+        let name = name.as_ref().map(|name| format!(" '{name}'")).unwrap_or_default();
+        let shown = if summary.scene == Some(index) { " (shown)" } else { "" };
+        format!("{index}{name}{shown}")
+    };
+    match summary.scenes.len() {
+        0 => "none: all nodes are shown".to_owned(),
+        count => format!("{count}: {}", summary.scenes.iter().enumerate().map(one).collect::<Vec<_>>().join(", ")),
+    }
 }
 
 fn view(view: View) -> String {
@@ -73,23 +107,28 @@ fn materials(materials: &[Material]) -> String {
 
 /// `12 emissive triangles, 1 emissive sphere, 2 points, 1 sun`.
 fn lights(loaded: &Loaded) -> String {
-    let geometry = &loaded.geometry;
-    let emits = |id: MaterialId| loaded.materials[id.0 as usize].emission.max_element() > 0.0;
-    let (spheres, triangles): (Vec<_>, Vec<_>) = geometry.with_material(&emits).partition(|&id| geometry.is_sphere(id));
-    let punctual = |is: fn(&PunctualLight) -> bool| loaded.lights.iter().filter(|light| is(light)).count();
-    let kinds = [
-        (triangles.len(), "emissive triangles"),
-        (spheres.len(), "emissive spheres"),
-        (punctual(|light| matches!(light, PunctualLight::Point { .. })), "points"),
-        (punctual(|light| matches!(light, PunctualLight::Spot { .. })), "spots"),
-        (punctual(|light| matches!(light, PunctualLight::Directional { .. })), "suns"),
-    ];
+    let kinds = light_kinds(loaded);
     let present: Vec<_> =
         kinds.iter().filter(|(count, _)| *count > 0).map(|(count, kind)| format!("{count} {kind}")).collect();
     if present.is_empty() { "none: the image will be black".to_owned() } else { present.join(", ") }
 }
 
-fn kind(bsdf: &Bsdf) -> &'static str {
+/// How many lights there are of each kind.
+pub(super) fn light_kinds(loaded: &Loaded) -> [(usize, &'static str); 5] {
+    let geometry = &loaded.geometry;
+    let emits = |id: MaterialId| loaded.materials[id.0 as usize].emission.max_element() > 0.0;
+    let (spheres, triangles): (Vec<_>, Vec<_>) = geometry.with_material(&emits).partition(|&id| geometry.is_sphere(id));
+    let punctual = |is: fn(&PunctualLight) -> bool| loaded.lights.iter().filter(|light| is(light)).count();
+    [
+        (triangles.len(), "emissive triangles"),
+        (spheres.len(), "emissive spheres"),
+        (punctual(|light| matches!(light, PunctualLight::Point { .. })), "points"),
+        (punctual(|light| matches!(light, PunctualLight::Spot { .. })), "spots"),
+        (punctual(|light| matches!(light, PunctualLight::Directional { .. })), "suns"),
+    ]
+}
+
+pub(super) fn kind(bsdf: &Bsdf) -> &'static str {
     match bsdf {
         Bsdf::Diffuse(_) => "diffuse",
         Bsdf::MetallicRoughness(_) => "metallic-roughness",

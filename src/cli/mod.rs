@@ -5,6 +5,7 @@ mod camera;
 mod exit;
 mod header;
 mod info;
+mod info_json;
 mod progress;
 mod render;
 mod terminal;
@@ -13,7 +14,6 @@ mod values;
 use std::{
     env,
     panic::{self, PanicHookInfo},
-    path::PathBuf,
     sync::Once,
 };
 
@@ -37,10 +37,7 @@ enum Command {
     Render(Box<args::RenderArgs>),
     /// Say what a scene file holds: geometry, cameras, materials, lights, warnings
     #[command(after_help = Exit::help())]
-    Info {
-        /// The scene, glTF 2.0 (.gltf or .glb)
-        scene: PathBuf,
-    },
+    Info(info::InfoArgs),
 }
 
 /// Runs the program with the process's arguments; every error has been said when it returns.
@@ -61,7 +58,7 @@ pub fn run() -> Exit {
 fn dispatch(command: &Command) -> Result<(), Failure> {
     match command {
         Command::Render(args) => render::run(args),
-        Command::Info { scene } => info::run(scene),
+        Command::Info(args) => info::run(args),
     }
 }
 

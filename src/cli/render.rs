@@ -40,7 +40,7 @@ pub(super) fn run(args: &RenderArgs) -> Result<(), Failure> {
     let outputs = outputs(args)?;
     let pool = thread_pool(args)?;
 
-    let loaded = io::load(&args.scene).map_err(|error| Failure::input(error.to_string()))?;
+    let loaded = io::load_scene(&args.file, args.scene.as_deref())?;
     terminal.detail(info::describe(&loaded));
     for warning in &loaded.warnings {
         terminal.warn(warning);
@@ -49,7 +49,9 @@ pub(super) fn run(args: &RenderArgs) -> Result<(), Failure> {
     let sensor = camera::sensor(args, &view);
     let settings = settings(args, crop(args, sensor)?, only);
     check_memory(args, &settings)?;
-    let job = Job { scene_hash: loaded.hash.clone(), camera: &view, sensor, settings: &settings };
+    let scenes = &loaded.summary.scenes;
+    let shown = loaded.summary.scene.filter(|_| scenes.len() > 1);
+    let job = Job { scene_hash: loaded.hash.clone(), shown, camera: &view, sensor, settings: &settings };
     let scene = loaded.into_scene(view.to_camera(sensor), None);
     foretell(&job, &scene, terminal);
 
@@ -77,7 +79,7 @@ fn only(args: &RenderArgs) -> Result<Option<(Strategy, Weighting)>, Failure> {
 fn outputs(args: &RenderArgs) -> Result<Vec<(PathBuf, Format)>, Failure> {
     let mut paths = args.output.clone();
     if paths.is_empty() {
-        let mut stem = args.scene.file_stem().unwrap_or("pathspace".as_ref()).to_owned();
+        let mut stem = args.file.file_stem().unwrap_or("pathspace".as_ref()).to_owned();
         stem.push("-");
         stem.push(args.integrator.name());
         for extension in [".exr", ".png"] {

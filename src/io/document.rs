@@ -16,7 +16,7 @@ use serde_json::Value;
 use super::error::{Fault, LoadError, one_line, quoted};
 
 /// Extensions whose meaning is honoured.
-const SUPPORTED: &[&str] = &[
+pub(super) const SUPPORTED: &[&str] = &[
     "EXT_mesh_gpu_instancing",
     "KHR_lights_punctual",
     "KHR_materials_emissive_strength",

@@ -53,6 +53,14 @@ pub enum LoadError {
         /// What is required.
         what: String,
     },
+    /// The scene that was asked for is not in the file.
+    #[error("{file}: {what}")]
+    NoSuchScene {
+        /// The file.
+        file: String,
+        /// What was asked for, and what there is.
+        what: String,
+    },
     /// More than memory is meant to hold, refused before any is taken.
     #[error("{file}, {pointer}: {what}; simplify the model or split the file")]
     TooLarge {

@@ -45,6 +45,7 @@ mod material;
 mod mesh;
 mod node;
 mod pose;
+mod scenes;
 
 #[cfg(test)]
 mod tests;
@@ -108,8 +109,10 @@ pub struct Summary {
     pub binary: bool,
     /// Who wrote it, as it says.
     pub generator: Option<String>,
-    /// Number of scenes.
-    pub scenes: usize,
+    /// The names of its scenes, where they have one.
+    pub scenes: Vec<Option<String>>,
+    /// The scene that is shown; none in a file without scenes, of which all is shown.
+    pub scene: Option<usize>,
     /// Number of nodes.
     pub nodes: usize,
     /// Number of meshes.
@@ -134,6 +137,8 @@ pub struct Summary {
     pub extensions_used: Vec<String>,
     /// The extensions that it cannot do without.
     pub extensions_required: Vec<String>,
+    /// Those of the extensions it uses that this version knows.
+    pub extensions_honoured: Vec<String>,
 }
 
 /// Reads a `.gltf` or `.glb` file with the buffers beside it.
@@ -141,20 +146,29 @@ pub struct Summary {
 /// # Errors
 /// A [`LoadError`] says in one sentence what keeps the file from being read.
 pub fn load(path: &Path) -> Result<Loaded, LoadError> {
+    load_scene(path, None)
+}
+
+/// The same with the scene of the file that `wanted` names or numbers, if it is not to be the file's default.
+///
+/// # Errors
+/// As [`load`], and if there is no such scene.
+pub fn load_scene(path: &Path, wanted: Option<&str>) -> Result<Loaded, LoadError> {
     let file = one_line(&path.display().to_string());
     match buffer::file(path) {
-        Ok(bytes) => read(&bytes, path.parent().unwrap_or(Path::new("")), &file),
+        Ok(bytes) => read(&bytes, path.parent().unwrap_or(Path::new("")), &file, wanted),
         Err(reason) => Err(LoadError::Unreadable { file, reason }),
     }
 }
 
 /// Reads a document from memory; `file` is its name in messages, `folder` where its buffers lie.
-fn read(bytes: &[u8], folder: &Path, file: &str) -> Result<Loaded, LoadError> {
+fn read(bytes: &[u8], folder: &Path, file: &str, wanted: Option<&str>) -> Result<Loaded, LoadError> {
     let mut hash = Hash::new();
     hash.add(bytes);
     let chunks = document::chunks(bytes, file)?;
     let mut warnings = Vec::new();
-    let root = document::parse(chunks.json, file, &mut warnings)?;
+    let mut root = document::parse(chunks.json, file, &mut warnings)?;
+    scenes::choose(&mut root, wanted, file, &mut warnings)?;
     let assemble = || {
         accessor::check(&root)?;
         let buffers = buffer::read(&root, chunks.bin, folder, &mut hash)?;
@@ -262,7 +276,8 @@ impl<'a> Assembly<'a> {
 fn summary(root: &Root) -> Summary {
     Summary {
         generator: root.asset.generator.as_deref().map(one_line),
-        scenes: root.scenes.len(),
+        scenes: scenes::names(root),
+        scene: scenes::shown(root),
         nodes: root.nodes.len(),
         meshes: root.meshes.len(),
         materials: root.materials.len(),
@@ -272,6 +287,12 @@ fn summary(root: &Root) -> Summary {
         animations: root.animations.len(),
         skins: root.skins.len(),
         extensions_used: root.extensions_used.iter().map(|name| one_line(name)).collect(),
+        extensions_honoured: root
+            .extensions_used
+            .iter()
+            .filter(|name| document::SUPPORTED.contains(&name.as_str()))
+            .cloned()
+            .collect(),
         extensions_required: root.extensions_required.iter().map(|name| one_line(name)).collect(),
         ..Summary::default()
     }

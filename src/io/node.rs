@@ -103,10 +103,6 @@ fn parents(root: &Root) -> Result<Vec<Option<usize>>, Fault> {
 /// The roots of the scene to show: `scene`, or the first one, or every parentless node of a file without scenes.
 fn roots(root: &Root, parents: &[Option<usize>], warnings: &mut Vec<String>) -> Result<Vec<usize>, Fault> {
     let index = root.scene.map_or(0, |scene| scene.value());
-    if root.scenes.len() > 1 {
-        let which = if root.scene.is_some() { "its default" } else { "the first" };
-        warnings.push(format!("the file has {} scenes: {which} (scene {index}) is shown", root.scenes.len()));
-    }
     let Some(scene) = root.scenes.get(index) else {
         if !parents.is_empty() {
             warnings.push("the file has no scene: all of its nodes are shown".to_owned());

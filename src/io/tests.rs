@@ -69,7 +69,7 @@ fn changed(mut document: Value, pointer: &str, value: Value) -> Value {
 }
 
 fn load(document: &Value) -> Result<Loaded, LoadError> {
-    super::read(document.to_string().as_bytes(), Path::new("."), "x.gltf")
+    super::read(document.to_string().as_bytes(), Path::new("."), "x.gltf", None)
 }
 
 /// The document's first mesh, in world space by the first node.

@@ -147,7 +147,7 @@ fn an_empty_file_of_any_kind_is_a_scene() {
     ] {
         assert_eq!(load(&document).unwrap().summary.triangles, 0);
     }
-    let binary = crate::io::read(&glb(r#"{"asset":{"version":"2.0"}}"#, None), Path::new("."), "x.glb").unwrap();
+    let binary = crate::io::read(&glb(r#"{"asset":{"version":"2.0"}}"#, None), Path::new("."), "x.glb", None).unwrap();
     assert!(binary.summary.binary);
 }
 
@@ -191,6 +191,27 @@ fn materials_become_bsdfs() {
     assert_eq!((m[4].emission, m[4].emission_sides), (Vec3::new(8.0, 4.0, 0.0), EmissionSides::Both));
     assert!(matches!(m[5].bsdf, Bsdf::MetallicRoughness(_)), "a metal does not transmit");
     assert!(loaded.warnings.is_empty(), "{:?}", loaded.warnings);
+}
+
+#[test]
+fn the_wanted_scene_is_shown() {
+    let mut document = with("/scenes", json!([{ "name": "full", "nodes": [0] }, { "name": "0" }, {}]));
+    document["scene"] = json!(0);
+    let read = |wanted| super::super::read(document.to_string().as_bytes(), Path::new("."), "x.gltf", wanted);
+    for (wanted, shown, triangles) in
+        [(None, 0, 1), (Some("full"), 0, 1), (Some("1"), 1, 0), (Some("2"), 2, 0), (Some("0"), 1, 0)]
+    {
+        let loaded = read(wanted).unwrap();
+        assert_eq!((loaded.summary.scene, loaded.summary.triangles), (Some(shown), triangles), "{wanted:?}");
+        assert_eq!(loaded.warnings.len(), usize::from(wanted.is_none()), "{:?}", loaded.warnings);
+    }
+    for wanted in ["3", "-1", "Full", ""] {
+        let error = read(Some(wanted)).unwrap_err().to_string();
+        assert!(error.ends_with(&format!("there is no scene “{wanted}”: the file has 0 “full”, 1 “0”, 2")), "{error}");
+    }
+    let none = json!({ "asset": { "version": "2.0" } }).to_string();
+    let error = super::super::read(none.as_bytes(), Path::new("."), "x.gltf", Some("0")).unwrap_err().to_string();
+    assert!(error.ends_with("the file has none"), "{error}");
 }
 
 #[test]
