@@ -1,6 +1,6 @@
 //! Accessors: typed arrays in the buffers, read only where every byte was shown to be there.
 
-use glam::{DMat4, Vec3, Vec4};
+use glam::{DMat4, Vec2, Vec3, Vec4};
 use gltf_json::{
     Index, Root,
     accessor::{Accessor, ComponentType, Type},
@@ -145,22 +145,38 @@ impl<'a> Accessors<'a> {
 
     /// Vectors of three floats, or of the integers that `KHR_mesh_quantization` admits. Not checked for being finite.
     pub(super) fn vec3(&self, index: Index<Accessor>) -> Result<Vec<Vec3>, Fault> {
-        let packed = self.packed(index, Type::Vec3, "positions and normals have type VEC3")?;
-        let numbers = floats(&packed).ok_or_else(|| {
-            let what = "positions and normals are floats, or 8 or 16 bit integers";
-            Fault::invalid(format!("{}/componentType", pointer(index)), what)
-        })?;
-        Ok(numbers.chunks_exact(3).map(Vec3::from_slice).collect())
+        let numbers = self.numbers(index, Type::Vec3, "positions and normals have type VEC3")?;
+        Ok(numbers.as_chunks::<3>().0.iter().map(|v| Vec3::from_array(*v)).collect())
     }
 
-    /// Vectors of four floats, or of 8 or 16 bit integers: rotations and weights. Not checked for being finite.
+    /// Texture coordinates, in the same types. Not checked for being finite.
+    pub(super) fn vec2(&self, index: Index<Accessor>) -> Result<Vec<Vec2>, Fault> {
+        let numbers = self.numbers(index, Type::Vec2, "texture coordinates have type VEC2")?;
+        Ok(numbers.as_chunks::<2>().0.iter().map(|v| Vec2::from_array(*v)).collect())
+    }
+
+    /// Tangents, rotations and weights, in the same types. Not checked for being finite.
     pub(super) fn vec4(&self, index: Index<Accessor>) -> Result<Vec<Vec4>, Fault> {
-        let packed = self.packed(index, Type::Vec4, "rotations, weights and tangents have type VEC4")?;
-        let numbers = floats(&packed).ok_or_else(|| {
-            let what = "rotations, weights and tangents are floats, or normalized 8 or 16 bit integers";
+        let numbers = self.numbers(index, Type::Vec4, "rotations, weights and tangents have type VEC4")?;
+        Ok(numbers.as_chunks::<4>().0.iter().map(|v| Vec4::from_array(*v)).collect())
+    }
+
+    /// Colours of three or four channels, the alpha 1 where there is none. Not checked for being finite.
+    pub(super) fn colors(&self, index: Index<Accessor>) -> Result<Vec<Vec4>, Fault> {
+        let three = self.root.get(index).is_some_and(|a| a.type_ == Checked::Valid(Type::Vec3));
+        if three {
+            return Ok(self.vec3(index)?.into_iter().map(|c| c.extend(1.0)).collect());
+        }
+        let numbers = self.numbers(index, Type::Vec4, "vertex colours have type VEC3 or VEC4")?;
+        Ok(numbers.as_chunks::<4>().0.iter().map(|v| Vec4::from_array(*v)).collect())
+    }
+
+    fn numbers(&self, index: Index<Accessor>, kind: Type, rule: &str) -> Result<Vec<f32>, Fault> {
+        let packed = self.packed(index, kind, rule)?;
+        floats(&packed).ok_or_else(|| {
+            let what = "vertex attributes are floats, or 8 or 16 bit integers";
             Fault::invalid(format!("{}/componentType", pointer(index)), what)
-        })?;
-        Ok(numbers.chunks_exact(4).map(Vec4::from_slice).collect())
+        })
     }
 
     /// The joints that move a vertex, as numbers within a skin.

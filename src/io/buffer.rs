@@ -47,7 +47,7 @@ pub(super) fn read(root: &Root, bin: Option<&[u8]>, folder: &Path, hash: &mut Ha
             None => None,
             Some(uri) if uri.starts_with("data:") => Some(data_uri(uri, &at)?),
             Some(uri) => {
-                let bytes = beside(uri, folder, &at)?;
+                let bytes = beside(uri, folder, "buffer", &at)?;
                 hash.add(&bytes);
                 Some(bytes)
             }
@@ -61,7 +61,8 @@ pub(super) fn read(root: &Root, bin: Option<&[u8]>, folder: &Path, hash: &mut Ha
     Ok(buffers)
 }
 
-fn data_uri(uri: &str, at: &str) -> Result<Vec<u8>, Fault> {
+/// The bytes that a data URI holds.
+pub(super) fn data_uri(uri: &str, at: &str) -> Result<Vec<u8>, Fault> {
     let fail = |what: &str| Fault::invalid(format!("{at}/uri"), what);
     let (head, body) = uri.split_once(',').ok_or_else(|| fail("the data URI has no comma"))?;
     if !head.ends_with(";base64") {
@@ -74,9 +75,9 @@ fn data_uri(uri: &str, at: &str) -> Result<Vec<u8>, Fault> {
     general_purpose::STANDARD_NO_PAD.decode(body).map_err(|e| fail(&format!("the data URI is not base64: {e}")))
 }
 
-/// The file that a relative URI names. It may lie in a folder below the document, never above or elsewhere: what a
+/// The file that a relative URI names, a `kind` of thing. It may lie in a folder below the document, never above or elsewhere: what a
 /// model from the net points at is not for it to choose.
-fn beside(uri: &str, folder: &Path, at: &str) -> Result<Vec<u8>, Fault> {
+pub(super) fn beside(uri: &str, folder: &Path, kind: &str, at: &str) -> Result<Vec<u8>, Fault> {
     let fail = |what: String| Fault::resource(format!("{at}/uri"), what);
     let decoded: Vec<u8> = percent_decode_str(uri).collect();
     let relative = String::from_utf8(decoded).map_err(|_| fail(format!("the URI {} is not UTF-8", quoted(uri))))?;
@@ -85,7 +86,7 @@ fn beside(uri: &str, folder: &Path, at: &str) -> Result<Vec<u8>, Fault> {
         return Err(fail(format!("the URI {} leads out of the model's folder and is not followed", quoted(uri))));
     }
     let path: PathBuf = folder.join(&relative);
-    file(&path).map_err(|reason| fail(format!("cannot read the buffer {}: {reason}", quoted(&relative))))
+    file(&path).map_err(|reason| fail(format!("cannot read the {kind} {}: {reason}", quoted(&relative))))
 }
 
 /// A whole regular file, or why not.

@@ -18,13 +18,16 @@ use super::error::{Fault, LoadError, one_line, quoted};
 /// Extensions whose meaning is honoured.
 pub(super) const SUPPORTED: &[&str] = &[
     "EXT_mesh_gpu_instancing",
+    "EXT_texture_webp",
     "KHR_lights_punctual",
     "KHR_materials_emissive_strength",
     "KHR_materials_ior",
     "KHR_materials_specular",
     "KHR_materials_transmission",
+    "KHR_materials_unlit",
     "KHR_materials_volume",
     "KHR_mesh_quantization",
+    "KHR_texture_transform",
     "PATHSPACE_sphere",
     "PATHSPACE_thin_lens",
 ];

@@ -71,8 +71,8 @@ pub enum LoadError {
         /// How large it is, and the limit.
         what: String,
     },
-    /// A buffer that lies outside of the file cannot be had.
-    #[error("{file}, {pointer}: {what}; keep a model and its buffers in one folder")]
+    /// A buffer or image that lies outside of the file cannot be had.
+    #[error("{file}, {pointer}: {what}; keep a model and its files in one folder")]
     Resource {
         /// The file.
         file: String,

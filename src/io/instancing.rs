@@ -76,7 +76,7 @@ impl Assembly<'_> {
             Some(parts) => parts,
             None => self.read_mesh(index, None)?,
         };
-        let materials: Vec<_> = parts.iter().map(|part| self.material(part.material)).collect();
+        let materials: Vec<_> = parts.iter().map(|part| self.material(part.material, part.coloring())).collect();
         let triangles: u64 = parts.iter().map(|part| part.triangles.len() as u64).sum();
         let shared = shown.uses > 1 && triangles * shown.uses > MAX_COPIES;
         for to_world in transforms(self.accessors, node, placed)? {
@@ -107,7 +107,7 @@ impl Assembly<'_> {
                     Some(joints) if !part.influences.is_empty() => pose::place(part, joints, placed)?,
                     _ => mesh::place(part, &Placed { to_world, ..*placed })?,
                 };
-                let material = self.material(part.material);
+                let material = self.material(part.material, part.coloring());
                 self.add(&world, material);
             }
         }
@@ -118,12 +118,13 @@ impl Assembly<'_> {
     fn read_mesh(&mut self, index: usize, weights: Option<&[f32]>) -> Result<Vec<Part>, Fault> {
         let own = self.root.meshes.get(index).and_then(|mesh| mesh.weights.as_deref());
         let weights = weights.or(own).unwrap_or_default();
-        mesh::read(self.root, self.accessors, index, weights, &mut self.loaded.warnings)
+        mesh::read(self.root, self.accessors, &self.materials, index, weights, &mut self.loaded.warnings)
     }
 
     fn add(&mut self, world: &World, material: MaterialId) {
         let normals = world.normals.as_deref();
-        self.loaded.geometry.add_triangles(&world.positions, normals, &world.triangles, material);
+        let geometry = &mut self.loaded.geometry;
+        geometry.add_triangles_with(&world.positions, normals, &world.attributes, &world.triangles, material);
     }
 
     /// Places an instance. False if it would lie beyond the range of f32, which copying can say more of.
@@ -156,7 +157,8 @@ impl Assembly<'_> {
                 let mut mesh = Mesh::default();
                 for (part, &material) in parts.iter().zip(materials) {
                     self.counts.add(part, placed)?;
-                    mesh.add_triangles(&part.positions, part.normals.as_deref(), &part.triangles, material);
+                    let normals = part.normals.as_deref();
+                    mesh.add_triangles_with(&part.positions, normals, &part.attributes, &part.triangles, material);
                 }
                 *kept.insert(self.loaded.geometry.add_mesh(mesh))
             }

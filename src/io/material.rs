@@ -1,49 +1,85 @@
-//! glTF materials as [`Material`]s.
+//! glTF materials as [`Material`]s: factors brought into their range, and their textures. Which BSDF they make stands at
+//! [`Parameters::bsdf`].
 //!
-//! | glTF | becomes |
-//! |---|---|
-//! | metallic 0, `KHR_materials_specular` factor 0, no transmission | [`Bsdf::Diffuse`]: exactly Lambert |
-//! | transmission > 0 with a volume of thickness > 0 | [`Bsdf::Dielectric`] with absorption |
-//! | transmission > 0 without | [`Bsdf::Thin`]: it does not refract |
-//! | all else | [`Bsdf::MetallicRoughness`] |
+//! Two textures are not read. Occlusion is what a path tracer computes: painted on top it would count twice. Thickness stands in
+//! for the back of a volume where nothing is traced through it; here the mesh itself bounds the volume.
 //!
-//! A metal does not transmit. Between metal and glass (0 < metallic < 1 with transmission) there is no BSDF of ours:
-//! the nearer of the two is taken, with a warning.
+//! `KHR_materials_unlit` becomes a black surface that emits its base colour, in radiance 1 for white, to both sides.
 
 use std::collections::BTreeMap;
 
 use glam::Vec3;
 use gltf_json::{
+    Root,
     material::{AlphaMode, Material as Source},
     validation::Checked,
 };
 
-use super::error::{Fault, quoted};
+use super::{
+    error::{Fault, quoted},
+    image::Images,
+    texture::{self, Reference},
+};
 use crate::{
     math::Rgb,
     scene::{
-        bsdf::{Bsdf, Dielectric, Diffuse, MetallicRoughness, ThinDielectric},
-        material::{EmissionSides, Material},
+        material::{Boundary, EmissionSides, Maps, Material, NormalMap, Parameters, VertexColors},
+        texture::{Encoding, Texture},
     },
 };
 
 /// The darkest attenuation colour: black would be an infinite absorption coefficient.
 const DARKEST: f32 = 1e-6;
 
-/// The material of a primitive that names none (glTF 2.0 specification, 3.7.2.1: all factors at their defaults).
-pub(super) fn default() -> Material {
-    // The defaults are finite and in range: neither warnings nor an error come of them.
-    one(&Source::default(), "", "default".to_owned(), &mut Vec::new())
-        .unwrap_or_else(|_| Material::diffuse("default", Rgb::ONE))
+/// A material of the file, before it is known whether the mesh that it is on has vertex colours.
+pub(super) struct Read {
+    name: String,
+    maps: Maps,
+    emission: Rgb,
+    emission_sides: EmissionSides,
+    absorption: Rgb,
+    unlit: bool,
 }
 
-/// Every material of the file, in its order.
-pub(super) fn all(sources: &[Source], warnings: &mut Vec<String>) -> Result<Vec<Material>, Fault> {
-    let mut materials = Vec::with_capacity(sources.len());
+impl Read {
+    /// What the material reads of a mesh.
+    pub(super) fn maps(&self) -> &Maps {
+        &self.maps
+    }
+
+    /// The material on meshes without vertex colours.
+    pub(super) fn plain(&self) -> Material {
+        self.on(VertexColors::Nothing)
+    }
+
+    /// The material on meshes with vertex colours, which multiply its base colour.
+    pub(super) fn colored(&self) -> Material {
+        self.on(if self.unlit { VertexColors::Emission } else { VertexColors::BaseColor })
+    }
+
+    fn on(&self, vertex_colors: VertexColors) -> Material {
+        let maps = Maps { vertex_colors, ..self.maps.clone() };
+        let mut material = if maps.vary() {
+            Material::varying(&self.name, maps)
+        } else {
+            Material::new(&self.name, maps.factors.bsdf())
+        };
+        material.emission = self.emission;
+        material.emission_sides = self.emission_sides;
+        material.absorption = self.absorption;
+        material
+    }
+}
+
+/// Every material of the file, in its order, and after them that of a primitive that names none
+/// (glTF 2.0 specification, 3.7.2.1: all factors at their defaults).
+pub(super) fn all(root: &Root, mut images: Images<'_>, warnings: &mut Vec<String>) -> Result<Vec<Read>, Fault> {
+    let mut materials = Vec::with_capacity(root.materials.len() + 1);
     let mut ignored = BTreeMap::<&str, u32>::new();
-    for (i, source) in sources.iter().enumerate() {
+    for (i, source) in root.materials.iter().enumerate() {
         let name = source.name.clone().unwrap_or_else(|| format!("material {i}"));
-        materials.push(one(source, &format!("/materials/{i}"), name, warnings)?);
+        let mut reader = Reader { root, images: &mut images, at: format!("/materials/{i}"), name, warnings };
+        materials.push(reader.material(source)?);
         for what in unread(source) {
             *ignored.entry(what).or_default() += 1;
         }
@@ -51,100 +87,158 @@ pub(super) fn all(sources: &[Source], warnings: &mut Vec<String>) -> Result<Vec<
     for (what, n) in ignored {
         warnings.push(format!("{what} (materials concerned: {n})"));
     }
+    let name = "default".to_owned();
+    let mut reader = Reader { root, images: &mut images, at: String::new(), name, warnings };
+    materials.push(reader.material(&Source::default())?);
     Ok(materials)
 }
 
-fn one(m: &Source, at: &str, name: String, warnings: &mut Vec<String>) -> Result<Material, Fault> {
-    let pbr = &m.pbr_metallic_roughness;
-    let ext = m.extensions.as_ref();
-    let specular = ext.and_then(|e| e.specular.as_ref());
-    let transmission = ext.and_then(|e| e.transmission.as_ref()).map_or(0.0, |t| t.transmission_factor.0);
-    let volume = ext.and_then(|e| e.volume.as_ref());
-    let ior = ext.and_then(|e| e.ior.as_ref()).map_or(1.5, |i| i.ior.0);
-    let strength = ext.and_then(|e| e.emissive_strength.as_ref()).map_or(1.0, |e| e.emissive_strength.0);
-
-    let mut range = Range { at, name: &name, warnings };
-    let color = range.color("baseColorFactor", Vec3::from_slice(&pbr.base_color_factor.0), 1.0)?;
-    let metallic = range.number("metallicFactor", pbr.metallic_factor.0, 0.0, 1.0)?;
-    let roughness = range.number("roughnessFactor", pbr.roughness_factor.0, 0.0, 1.0)?;
-    let transmission = range.number("transmissionFactor", transmission, 0.0, 1.0)?;
-    let weight = range.number("specularFactor", specular.map_or(1.0, |s| s.specular_factor.0), 0.0, 1.0)?;
-    let tint = Vec3::from(specular.map_or([1.0; 3], |s| s.specular_color_factor.0));
-    let tint = range.color("specularColorFactor", tint, f32::MAX)?;
-    let thickness = range.number("thicknessFactor", volume.map_or(0.0, |v| v.thickness_factor.0), 0.0, f32::MAX)?;
-    // 0 stands for an infinite index: a surface that reflects everything (KHR_materials_ior, "ior = 0").
-    let ior = if ior == 0.0 { 0.0 } else { range.number("ior", ior, 1.0, f32::MAX)? };
-    let emission = Vec3::from(m.emissive_factor.0) * strength;
-    let emission = range.color("emissiveFactor", emission, f32::MAX)?;
-
-    let alpha = roughness * roughness;
-    let mut transmits = transmission > 0.0 && ior > 0.0 && metallic < 1.0;
-    if transmits && metallic > 0.0 {
-        transmits = metallic < 0.5;
-        let taken = if transmits { "glass" } else { "metal" };
-        warnings.push(format!("material {} lies between metal and glass: taken as {taken}", quoted(&name)));
-    }
-    if transmits && (weight != 1.0 || tint != Vec3::ONE) {
-        warnings.push(format!(
-            "material {} transmits: its KHR_materials_specular factors are not applied, its index of refraction is",
-            quoted(&name)
-        ));
-    }
-    let mut absorption = Rgb::ZERO;
-    let bsdf = if transmits && thickness > 0.0 {
-        if let Some(volume) = volume {
-            absorption = self::absorption(
-                Vec3::from(volume.attenuation_color.0),
-                volume.attenuation_distance.0,
-                &mut Range { at, name: &name, warnings },
-            )?;
-        }
-        Bsdf::Dielectric(Dielectric { color, ior, alpha, transmission })
-    } else if transmits {
-        Bsdf::Thin(ThinDielectric { color, ior, alpha, transmission })
-    } else if metallic == 0.0 && weight == 0.0 {
-        Bsdf::Diffuse(Diffuse { albedo: color })
-    } else {
-        // KHR_materials_specular: f0 = min(((ior − 1)/(ior + 1))² · specularColor, 1) · specular, f90 = specular.
-        let r = (ior - 1.0) / (ior + 1.0);
-        let dielectric_f0 = (tint * (r * r)).min(Vec3::ONE) * weight;
-        Bsdf::MetallicRoughness(MetallicRoughness {
-            base_color: color,
-            metallic,
-            alpha,
-            dielectric_f0,
-            dielectric_f90: weight,
-        })
-    };
-    let emission_sides = if m.double_sided { EmissionSides::Both } else { EmissionSides::Front };
-    Ok(Material { name, bsdf, emission, emission_sides, absorption })
-}
-
-/// σ_a = −ln(attenuationColor) / attenuationDistance (KHR_materials_volume).
-fn absorption(color: Vec3, distance: f32, range: &mut Range<'_>) -> Result<Rgb, Fault> {
-    let color = range.color("attenuationColor", color, 1.0)?;
-    // NaN cannot be written in JSON; zero and negative distances can.
-    let distance = range.number("attenuationDistance", distance.min(f32::MAX), f32::MIN_POSITIVE, f32::MAX)?;
-    let absorption = color.max(Vec3::splat(DARKEST)).map(|c| -c.ln() / distance);
-    // −0 from a white colour, and the infinity that a tiny distance makes of anything else.
-    Ok(absorption.clamp(Vec3::ZERO, Vec3::splat(f32::MAX)) + Vec3::ZERO)
-}
-
-/// Brings factors into their range, with a warning, and refuses those that are no numbers.
-struct Range<'a> {
-    at: &'a str,
-    name: &'a str,
+/// Reads one material: brings factors into their range, with a warning, and refuses those that are no numbers.
+struct Reader<'a, 'b> {
+    root: &'a Root,
+    images: &'a mut Images<'b>,
+    at: String,
+    name: String,
     warnings: &'a mut Vec<String>,
 }
 
-impl Range<'_> {
+impl Reader<'_, '_> {
+    fn material(&mut self, m: &Source) -> Result<Read, Fault> {
+        let pbr = &m.pbr_metallic_roughness;
+        let ext = m.extensions.as_ref();
+        let volume = ext.and_then(|e| e.volume.as_ref());
+        let factors = self.factors(m)?;
+        let mut maps = Maps::new(factors);
+        let (color, data) = (Encoding::Srgb, Encoding::Linear);
+        let base = "pbrMetallicRoughness";
+        maps.base_color = self.texture(pbr.base_color_texture.as_ref(), color, &format!("{base}/baseColorTexture"))?;
+        maps.metallic_roughness =
+            self.texture(pbr.metallic_roughness_texture.as_ref(), data, &format!("{base}/metallicRoughnessTexture"))?;
+        maps.emission = self.texture(m.emissive_texture.as_ref(), color, "emissiveTexture")?;
+        let transmission = ext.and_then(|e| e.transmission.as_ref()?.transmission_texture.as_ref());
+        maps.transmission =
+            self.texture(transmission, data, "extensions/KHR_materials_transmission/transmissionTexture")?;
+        if let Some(specular) = ext.and_then(|e| e.specular.as_ref()) {
+            let at = "extensions/KHR_materials_specular";
+            maps.specular = self.texture(specular.specular_texture.as_ref(), data, &format!("{at}/specularTexture"))?;
+            let texture = specular.specular_color_texture.as_ref();
+            maps.specular_color = self.texture(texture, color, &format!("{at}/specularColorTexture"))?;
+        }
+        if let Some(normal) = &m.normal_texture {
+            let extensions = normal.extensions.as_ref().map(|extensions| &extensions.others);
+            let reference = Reference { texture: normal.index.value(), tex_coord: normal.tex_coord, extensions };
+            let texture = self.reference(Some(reference), data, "normalTexture")?;
+            let scale = self.number("normalTexture/scale", normal.scale, f32::MIN, f32::MAX)?;
+            maps.normal = texture.map(|texture| NormalMap { texture, scale });
+        }
+        let strength = ext.and_then(|e| e.emissive_strength.as_ref()).map_or(1.0, |e| e.emissive_strength.0);
+        let emission = Vec3::from(m.emissive_factor.0) * strength;
+        let mut emission = self.color("emissiveFactor", emission, f32::MAX)?;
+        let mut absorption = Rgb::ZERO;
+        if let Some(volume) = volume.filter(|_| factors.boundary == Boundary::Volume) {
+            let color = Vec3::from(volume.attenuation_color.0);
+            absorption = self.absorption(color, volume.attenuation_distance.0)?;
+        }
+        let mut emission_sides = if m.double_sided { EmissionSides::Both } else { EmissionSides::Front };
+        let unlit = ext.is_some_and(|e| e.others.contains_key("KHR_materials_unlit"));
+        if unlit {
+            emission = factors.base_color;
+            emission_sides = EmissionSides::Both;
+            let black = Parameters { base_color: Rgb::ZERO, specular: 0.0, metallic: 0.0, ..factors };
+            let shown = maps.base_color;
+            maps = Maps::new(Parameters { boundary: Boundary::Opaque, ..black });
+            (maps.base_color, maps.emission) = (shown.clone(), shown);
+        }
+        Ok(Read { name: self.name.clone(), maps, emission, emission_sides, absorption, unlit })
+    }
+
+    fn factors(&mut self, m: &Source) -> Result<Parameters, Fault> {
+        let pbr = &m.pbr_metallic_roughness;
+        let ext = m.extensions.as_ref();
+        let specular = ext.and_then(|e| e.specular.as_ref());
+        let transmission = ext.and_then(|e| e.transmission.as_ref()).map_or(0.0, |t| t.transmission_factor.0);
+        let volume = ext.and_then(|e| e.volume.as_ref());
+        let ior = ext.and_then(|e| e.ior.as_ref()).map_or(1.5, |i| i.ior.0);
+
+        let base_color = self.color("baseColorFactor", Vec3::from_slice(&pbr.base_color_factor.0), 1.0)?;
+        let metallic = self.number("metallicFactor", pbr.metallic_factor.0, 0.0, 1.0)?;
+        let roughness = self.number("roughnessFactor", pbr.roughness_factor.0, 0.0, 1.0)?;
+        let transmission = self.number("transmissionFactor", transmission, 0.0, 1.0)?;
+        let weight = self.number("specularFactor", specular.map_or(1.0, |s| s.specular_factor.0), 0.0, 1.0)?;
+        let tint = Vec3::from(specular.map_or([1.0; 3], |s| s.specular_color_factor.0));
+        let specular_color = self.color("specularColorFactor", tint, f32::MAX)?;
+        let thickness = self.number("thicknessFactor", volume.map_or(0.0, |v| v.thickness_factor.0), 0.0, f32::MAX)?;
+        // 0 stands for an infinite index: a surface that reflects everything (KHR_materials_ior, "ior = 0").
+        let ior = if ior == 0.0 { 0.0 } else { self.number("ior", ior, 1.0, f32::MAX)? };
+
+        let mut transmits = transmission > 0.0 && ior > 0.0 && metallic < 1.0;
+        let name = quoted(&self.name);
+        if transmits && pbr.metallic_roughness_texture.is_some() && metallic > 0.0 {
+            self.warnings.push(format!("material {name} transmits where its texture makes it less than half metal"));
+        } else if transmits && metallic > 0.0 {
+            transmits = metallic < 0.5;
+            let taken = if transmits { "glass" } else { "metal" };
+            self.warnings.push(format!("material {name} lies between metal and glass: taken as {taken}"));
+        }
+        if transmits && specular.is_some_and(|_| weight != 1.0 || tint != Vec3::ONE) {
+            self.warnings.push(format!(
+                "material {name} transmits: its KHR_materials_specular factors are not applied, its index of refraction is"
+            ));
+        }
+        let boundary = match (transmits, thickness > 0.0) {
+            (false, _) => Boundary::Opaque,
+            (true, false) => Boundary::Thin,
+            (true, true) => Boundary::Volume,
+        };
+        Ok(Parameters {
+            base_color,
+            metallic,
+            roughness,
+            transmission,
+            specular: weight,
+            specular_color,
+            ior,
+            boundary,
+        })
+    }
+
+    fn texture<'i>(
+        &mut self,
+        reference: Option<impl Into<Reference<'i>>>,
+        encoding: Encoding,
+        at: &str,
+    ) -> Result<Option<Texture>, Fault> {
+        self.reference(reference.map(Into::into), encoding, at)
+    }
+
+    fn reference(
+        &mut self,
+        reference: Option<Reference<'_>>,
+        encoding: Encoding,
+        at: &str,
+    ) -> Result<Option<Texture>, Fault> {
+        let Some(reference) = reference else { return Ok(None) };
+        let at = format!("{}/{at}", self.at);
+        texture::read(self.root, self.images, &reference, encoding, &at, self.warnings)
+    }
+
+    /// σ_a = −ln(attenuationColor) / attenuationDistance (KHR_materials_volume).
+    fn absorption(&mut self, color: Vec3, distance: f32) -> Result<Rgb, Fault> {
+        let color = self.color("attenuationColor", color, 1.0)?;
+        // NaN cannot be written in JSON; zero and negative distances can.
+        let distance = self.number("attenuationDistance", distance.min(f32::MAX), f32::MIN_POSITIVE, f32::MAX)?;
+        let absorption = color.max(Vec3::splat(DARKEST)).map(|c| -c.ln() / distance);
+        // −0 from a white colour, and the infinity that a tiny distance makes of anything else.
+        Ok(absorption.clamp(Vec3::ZERO, Vec3::splat(f32::MAX)) + Vec3::ZERO)
+    }
+
     fn number(&mut self, what: &str, value: f32, min: f32, max: f32) -> Result<f32, Fault> {
         if !value.is_finite() {
-            return Err(Fault::invalid(self.at, format!("{what} is not a finite number")));
+            return Err(Fault::invalid(&self.at, format!("{what} is not a finite number")));
         }
         let clamped = value.clamp(min, max);
         if clamped != value {
-            self.warnings.push(format!("material {}: {what} {value} is taken as {clamped}", quoted(self.name)));
+            self.warnings.push(format!("material {}: {what} {value} is taken as {clamped}", quoted(&self.name)));
         }
         Ok(clamped)
     }
@@ -158,32 +252,15 @@ impl Range<'_> {
     }
 }
 
-/// What the material asks for and this version leaves out: textures and coverage.
+/// What the material asks for and this version leaves out.
 fn unread(m: &Source) -> Vec<&'static str> {
-    let pbr = &m.pbr_metallic_roughness;
     let ext = m.extensions.as_ref();
-    let specular = ext.and_then(|e| e.specular.as_ref());
     let is = |there: bool, what: &'static str| there.then_some(what);
     [
-        is(pbr.base_color_texture.is_some(), "base colour textures are not read yet: the factor alone is shown"),
-        is(
-            pbr.metallic_roughness_texture.is_some(),
-            "metallic-roughness textures are not read yet: the factors alone are shown",
-        ),
-        is(m.emissive_texture.is_some(), "emissive textures are not read yet: all of the surface emits the factor"),
-        is(m.normal_texture.is_some(), "normal textures are not read yet: the mesh's own normals are shown"),
         is(m.occlusion_texture.is_some(), "occlusion textures are ignored: occlusion is computed, not painted"),
-        is(
-            ext.and_then(|e| e.transmission.as_ref()).is_some_and(|t| t.transmission_texture.is_some()),
-            "transmission textures are not read yet: the factor alone is shown",
-        ),
         is(
             ext.and_then(|e| e.volume.as_ref()).is_some_and(|v| v.thickness_texture.is_some()),
             "thickness textures are ignored: the mesh itself bounds the volume",
-        ),
-        is(
-            specular.is_some_and(|s| s.specular_texture.is_some() || s.specular_color_texture.is_some()),
-            "specular textures are not read yet: the factors alone are shown",
         ),
         is(m.alpha_mode == Checked::Valid(AlphaMode::Mask), "alphaMode MASK is not supported yet: shown opaque"),
         is(m.alpha_mode == Checked::Valid(AlphaMode::Blend), "alphaMode BLEND is not supported yet: shown opaque"),

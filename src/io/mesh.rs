@@ -9,10 +9,14 @@ use gltf_json::{
 
 use super::{
     accessor::{self, Accessors},
+    attribute,
     error::Fault,
+    material,
     node::Placed,
     pose::{self, Influences},
+    tangent,
 };
+use crate::scene::geometry::Attributes;
 
 /// More triangles than this are refused before they are made. Those of a shared mesh count once.
 pub(super) const MAX_TRIANGLES: usize = 1 << 27;
@@ -24,17 +28,34 @@ const DRACO: &str = "KHR_draco_mesh_compression";
 pub(super) struct Part {
     pub(super) positions: Vec<Vec3>,
     pub(super) normals: Option<Vec<Vec3>>,
+    /// What the material reads, and colours if there are any.
+    pub(super) attributes: Attributes,
     pub(super) triangles: Vec<[u32; 3]>,
     /// For a skin; empty where there are no joints.
     pub(super) influences: Influences,
-    /// The file's material, `None` for the default one.
-    pub(super) material: Option<usize>,
+    /// The index of the material among those that were read.
+    pub(super) material: usize,
+}
+
+/// Whether a mesh has vertex colours.
+#[derive(Clone, Copy)]
+pub(super) enum Coloring {
+    Plain,
+    Colored,
+}
+
+impl Part {
+    /// Whether there are vertex colours, which the material then multiplies.
+    pub(super) fn coloring(&self) -> Coloring {
+        if self.attributes.colors.is_empty() { Coloring::Plain } else { Coloring::Colored }
+    }
 }
 
 /// Reads the primitives of a mesh that are made of triangles, morphed with these weights.
 pub(super) fn read(
     root: &Root,
     accessors: Accessors<'_>,
+    materials: &[material::Read],
     mesh: usize,
     weights: &[f32],
     warnings: &mut Vec<String>,
@@ -42,13 +63,15 @@ pub(super) fn read(
     let mut parts = Vec::new();
     let Some(mesh_source) = root.meshes.get(mesh) else { return Ok(parts) };
     for (i, primitive) in mesh_source.primitives.iter().enumerate() {
-        parts.extend(part(accessors, primitive, weights, &format!("/meshes/{mesh}/primitives/{i}"), warnings)?);
+        let at = format!("/meshes/{mesh}/primitives/{i}");
+        parts.extend(part(accessors, materials, primitive, weights, &at, warnings)?);
     }
     Ok(parts)
 }
 
 fn part(
     accessors: Accessors<'_>,
+    materials: &[material::Read],
     primitive: &Primitive,
     weights: &[f32],
     at: &str,
@@ -95,7 +118,17 @@ fn part(
         mend(normals, &positions, &triangles, at, warnings);
     }
     let influences = Influences::read(accessors, primitive, positions.len(), at)?;
-    Ok(Some(Part { positions, normals, triangles, influences, material: primitive.material.map(|m| m.value()) }))
+    // The last material is the default one; the document's indices were checked.
+    let material = primitive.material.map_or(materials.len() - 1, |material| material.value());
+    let maps = materials[material].maps();
+    let attributes = attribute::read(accessors, primitive, positions.len(), maps, at, warnings)?;
+    let mut part = Part { positions, normals, attributes, triangles, influences, material };
+    if let Some(normal) = &maps.normal
+        && part.attributes.tangents.is_empty()
+    {
+        tangent::generate(&mut part, &normal.texture);
+    }
+    Ok(Some(part))
 }
 
 fn in_range(corners: Vec<u32>, positions: usize, indices: Index<gltf_json::Accessor>) -> Result<Vec<u32>, Fault> {
@@ -158,6 +191,7 @@ fn mend(normals: &mut [Vec3], positions: &[Vec3], triangles: &[[u32; 3]], at: &s
 pub(super) struct World {
     pub(super) positions: Vec<Vec3>,
     pub(super) normals: Option<Vec<Vec3>>,
+    pub(super) attributes: Attributes,
     pub(super) triangles: Vec<[u32; 3]>,
 }
 
@@ -175,8 +209,10 @@ pub(super) fn place(part: &Part, node: &Placed) -> Result<World, Fault> {
     let turn = |&[a, b, c]: &[u32; 3]| if mirrored { [a, c, b] } else { [a, b, c] };
     let normals = normal_matrix(m);
     let normal = |n: &Vec3| (normals * n.as_dvec3()).try_normalize().map_or(*n, |n| n.as_vec3());
+    let tangents = part.attributes.tangents.iter().map(|&t| tangent::placed(m, t)).collect();
     Ok(World {
         positions,
+        attributes: Attributes { tangents, ..part.attributes.clone() },
         normals: part.normals.as_ref().map(|normals| normals.iter().map(normal).collect()),
         triangles: part.triangles.iter().map(turn).collect(),
     })

@@ -5,9 +5,9 @@
 //! not do is a sentence in [`Loaded::warnings`]; no input makes it panic.
 //!
 //! # Extensions
-//! `EXT_mesh_gpu_instancing`, `KHR_lights_punctual`, `KHR_mesh_quantization`, and of the materials `KHR_materials_emissive_strength`, `_ior`,
-//! `_specular`, `_transmission` and `_volume`. A *required* extension outside of this list is an error, an optional one a
-//! warning. Ours are the node extension
+//! `EXT_mesh_gpu_instancing`, `EXT_texture_webp`, `KHR_lights_punctual`, `KHR_mesh_quantization`, `KHR_texture_transform`, and of
+//! the materials `KHR_materials_emissive_strength`, `_ior`, `_specular`, `_transmission`, `_unlit` and `_volume`. A *required*
+//! extension outside of this list is an error, an optional one a warning. Ours are the node extension
 //!
 //! ```json
 //! "extensions": { "PATHSPACE_sphere": { "radius": 0.5, "material": 2 } }
@@ -31,14 +31,16 @@
 //! film through the node's origin.
 //!
 //! # Materials
-//! Which glTF material becomes which BSDF stands at the head of `material.rs`. `doubleSided` decides which sides of an
+//! Which glTF material becomes which BSDF stands at [`Parameters::bsdf`](crate::scene::material::Parameters::bsdf). `doubleSided` decides which sides of an
 //! emitter emit and nothing else: back faces are never culled, and reflect as front faces do.
 
 mod accessor;
+mod attribute;
 mod buffer;
 mod camera;
 mod document;
 mod error;
+mod image;
 mod instancing;
 mod light;
 mod material;
@@ -46,11 +48,13 @@ mod mesh;
 mod node;
 mod pose;
 mod scenes;
+mod tangent;
+mod texture;
 
 #[cfg(test)]
 mod tests;
 
-use std::path::Path;
+use std::{collections::HashMap, path::Path};
 
 use gltf_json::Root;
 use serde_json::Value;
@@ -69,7 +73,9 @@ use crate::scene::{
 use accessor::Accessors;
 use buffer::{Buffers, Hash};
 use error::{Fault, one_line};
+use image::Images;
 use instancing::{Counts, Shown};
+use mesh::Coloring;
 use node::Placed;
 
 /// A scene as its file describes it.
@@ -77,7 +83,8 @@ use node::Placed;
 pub struct Loaded {
     /// Triangles, spheres and instances, not yet built into a tree.
     pub geometry: Geometry,
-    /// The materials: those of the file in its order, then the default material if something uses it.
+    /// The materials: those of the file in its order, then the default one and those of meshes with vertex colours, as far as
+    /// something uses them.
     pub materials: Vec<Material>,
     /// Lights without a surface. Emissive surfaces are found by their materials.
     pub lights: Vec<PunctualLight>,
@@ -172,7 +179,9 @@ fn read(bytes: &[u8], folder: &Path, file: &str, wanted: Option<&str>) -> Result
     let assemble = || {
         accessor::check(&root)?;
         let buffers = buffer::read(&root, chunks.bin, folder, &mut hash)?;
-        let mut scene = Assembly::new(&root, &buffers, warnings)?;
+        let images = Images::new(&root, &buffers, folder, &mut hash);
+        let materials = material::all(&root, images, &mut warnings)?;
+        let mut scene = Assembly::new(&root, &buffers, materials, warnings);
         scene.nodes()?;
         let mut loaded = scene.loaded;
         loaded.summary.binary = chunks.binary;
@@ -190,29 +199,34 @@ struct Assembly<'a> {
     /// The meshes of the file, in its order.
     meshes: Vec<Shown>,
     counts: Counts,
+    /// What the file's materials are, and last the default one.
+    materials: Vec<material::Read>,
+    /// The id of the default material and of the coloured form of each material, once something uses them.
     default_material: Option<MaterialId>,
+    colored_materials: HashMap<usize, MaterialId>,
     loaded: Loaded,
 }
 
 impl<'a> Assembly<'a> {
-    fn new(root: &'a Root, buffers: &'a Buffers, mut warnings: Vec<String>) -> Result<Self, Fault> {
-        let materials = material::all(&root.materials, &mut warnings)?;
-        Ok(Self {
+    fn new(root: &'a Root, buffers: &'a Buffers, materials: Vec<material::Read>, warnings: Vec<String>) -> Self {
+        Self {
             root,
             accessors: Accessors::new(root, buffers),
             meshes: root.meshes.iter().map(|_| Shown::default()).collect(),
             counts: Counts::default(),
             default_material: None,
+            colored_materials: HashMap::new(),
             loaded: Loaded {
                 geometry: Geometry::default(),
-                materials,
+                materials: materials.iter().take(root.materials.len()).map(material::Read::plain).collect(),
                 lights: Vec::new(),
                 cameras: Vec::new(),
                 warnings,
                 hash: String::new(),
                 summary: summary(root),
             },
-        })
+            materials,
+        }
     }
 
     fn nodes(&mut self) -> Result<(), Fault> {
@@ -249,27 +263,39 @@ impl<'a> Assembly<'a> {
             return Err(Fault::invalid(format!("{at}/radius"), "the radius is not a positive number"));
         };
         let material = match sphere.get("material") {
-            None => None,
+            None => self.root.materials.len(),
             Some(index) => {
-                Some(index.as_u64().filter(|&i| i < self.root.materials.len() as u64).map(|i| i as usize).ok_or_else(
+                index.as_u64().filter(|&i| i < self.root.materials.len() as u64).map(|i| i as usize).ok_or_else(
                     || Fault::invalid(format!("{at}/material"), "this index points to no material of the file"),
-                )?)
+                )?
             }
         };
-        let material = self.material(material);
+        if self.materials[material].maps().vary() {
+            let what = format!("{at}: a sphere has no texture coordinates, its material's textures are read at (0, 0)");
+            self.loaded.warnings.push(what);
+        }
+        let material = self.material(material, Coloring::Plain);
         self.loaded.geometry.add_sphere(node.origin(), radius, material);
         self.loaded.summary.spheres += 1;
         Ok(())
     }
 
-    fn material(&mut self, index: Option<usize>) -> MaterialId {
-        if let Some(index) = index {
-            return MaterialId(index as u32);
+    /// The id of the material with this index among those that were read, on meshes with or without vertex colours.
+    fn material(&mut self, index: usize, coloring: Coloring) -> MaterialId {
+        let Self { materials, loaded: Loaded { materials: made, .. }, .. } = self;
+        let mut add = |material| {
+            made.push(material);
+            MaterialId(made.len() as u32 - 1)
+        };
+        match coloring {
+            Coloring::Colored => {
+                *self.colored_materials.entry(index).or_insert_with(|| add(materials[index].colored()))
+            }
+            Coloring::Plain if index + 1 == materials.len() => {
+                *self.default_material.get_or_insert_with(|| add(materials[index].plain()))
+            }
+            Coloring::Plain => MaterialId(index as u32),
         }
-        *self.default_material.get_or_insert_with(|| {
-            self.loaded.materials.push(material::default());
-            MaterialId(self.loaded.materials.len() as u32 - 1)
-        })
     }
 }
 

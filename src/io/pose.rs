@@ -12,7 +12,9 @@ use super::{
     error::Fault,
     mesh::{Part, World, normal_matrix},
     node::Placed,
+    tangent,
 };
+use crate::scene::geometry::Attributes;
 
 /// Moves positions and normals by the morph targets: base + Σ weight · displacement (glTF 2.0 specification, 3.7.2.2).
 /// Normals are not normalised.
@@ -87,6 +89,14 @@ impl Influences {
         Ok(Self(influences.collect::<Result<_, _>>()?))
     }
 
+    /// Appends copies of the vertices `copied`.
+    pub(super) fn copy(&mut self, copied: &[u32]) {
+        for influence in &mut self.0 {
+            tangent::extend(&mut influence.joints, copied);
+            tangent::extend(&mut influence.weights, copied);
+        }
+    }
+
     pub(super) fn is_empty(&self) -> bool {
         self.0.is_empty()
     }
@@ -156,6 +166,7 @@ pub(super) fn place(part: &Part, joints: &[DAffine3], placed: &Placed) -> Result
     let mut positions = Vec::with_capacity(part.positions.len());
     let mut normals = part.normals.as_ref().map(|normals| Vec::with_capacity(normals.len()));
     let mut mirrored = Vec::with_capacity(part.positions.len());
+    let mut attributes = Attributes { tangents: Vec::new(), ..part.attributes.clone() };
     for (i, p) in part.positions.iter().enumerate() {
         let matrix = part.influences.matrix(i, joints)?;
         let position = matrix.transform_point3(p.as_dvec3()).as_vec3();
@@ -167,10 +178,11 @@ pub(super) fn place(part: &Part, joints: &[DAffine3], placed: &Placed) -> Result
         if let (Some(to), Some(from)) = (&mut normals, &part.normals) {
             to.push(turned(matrix.matrix3, from[i]));
         }
+        attributes.tangents.extend(part.attributes.tangents.get(i).map(|&t| tangent::placed(matrix.matrix3, t)));
         mirrored.push(matrix.matrix3.determinant() < 0.0);
     }
     let turn = |&[a, b, c]: &[u32; 3]| if mirrored[a as usize] { [a, c, b] } else { [a, b, c] };
-    Ok(World { positions, normals, triangles: part.triangles.iter().map(turn).collect() })
+    Ok(World { positions, normals, attributes, triangles: part.triangles.iter().map(turn).collect() })
 }
 
 fn turned(m: DMat3, n: Vec3) -> Vec3 {

@@ -5,6 +5,7 @@ mod errors;
 mod instancing;
 mod pose;
 mod reading;
+mod textures;
 
 use std::path::Path;
 
@@ -18,7 +19,8 @@ use super::{
     buffer::{self, Hash},
     document,
     error::LoadError,
-    mesh,
+    image::Images,
+    material, mesh,
     node::Placed,
 };
 
@@ -78,7 +80,10 @@ fn world(document: &Value) -> mesh::World {
         (document::parse(document.to_string().as_bytes(), "x", &mut Vec::new()).unwrap(), vec![]);
     accessor::check(&root).unwrap();
     let buffers = buffer::read(&root, None, Path::new("."), &mut Hash::new()).unwrap();
-    let parts = mesh::read(&root, Accessors::new(&root, &buffers), 0, &[], &mut warnings).unwrap();
+    let mut hash = Hash::new();
+    let materials =
+        material::all(&root, Images::new(&root, &buffers, Path::new("."), &mut hash), &mut warnings).unwrap();
+    let parts = mesh::read(&root, Accessors::new(&root, &buffers), &materials, 0, &[], &mut warnings).unwrap();
     let nodes = super::node::hierarchy(&root, &mut warnings).unwrap();
     mesh::place(&parts[0], nodes.last().unwrap()).unwrap()
 }

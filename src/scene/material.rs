@@ -1,6 +1,12 @@
 //! Materials: what a surface is made of, before it is resolved at a point.
 
-use super::bsdf::{Bsdf, Dielectric, Diffuse, MetallicRoughness, ThinDielectric};
+use glam::{Vec2, Vec3, Vec4Swizzles as _};
+
+use super::{
+    bsdf::{Bsdf, Dielectric, Diffuse, MetallicRoughness, ThinDielectric},
+    geometry::{Interpolation, TangentFrame},
+    texture::Texture,
+};
 use crate::math::Rgb;
 
 /// The index of a material in its scene.
@@ -12,14 +18,214 @@ pub struct MaterialId(pub u32);
 pub struct Material {
     /// The name in the file, for messages.
     pub name: String,
-    /// The scattering.
+    /// The scattering; where there are `maps`, with all of them white.
     pub bsdf: Bsdf,
-    /// Emitted radiance, constant over the front hemisphere; black if the surface is no light.
+    /// Emitted radiance, constant over the front hemisphere; black if the surface is no light. A texture can only darken it.
     pub emission: Rgb,
     /// Which sides emit.
     pub emission_sides: EmissionSides,
     /// σ_a of the volume that a [`Bsdf::Dielectric`] bounds, 1/m; zero for clear volumes and all other materials.
     pub absorption: Rgb,
+    /// What varies over the surface, resolved at each hit; `None` for a material that is the same everywhere.
+    pub maps: Option<Box<Maps>>,
+}
+
+/// A surface's parameters at one place, as glTF's metallic-roughness model and its extensions name them.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Parameters {
+    /// baseColor without its alpha, in [0, 1].
+    pub base_color: Rgb,
+    /// metallic, in [0, 1].
+    pub metallic: f32,
+    /// roughness, in [0, 1]; GGX's α is its square.
+    pub roughness: f32,
+    /// transmission, in [0, 1]; counts at a boundary that transmits.
+    pub transmission: f32,
+    /// specular, in [0, 1].
+    pub specular: f32,
+    /// specularColor, not negative.
+    pub specular_color: Rgb,
+    /// The index of refraction, at least 1, or 0 for a surface that reflects everything.
+    pub ior: f32,
+    /// What lies behind the surface.
+    pub boundary: Boundary,
+}
+
+/// What lies behind a surface: a property of the whole material, whatever its textures say in one place.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Boundary {
+    /// Nothing that light could enter.
+    Opaque,
+    /// The other side of a thin wall: light passes without being refracted.
+    Thin,
+    /// A volume.
+    Volume,
+}
+
+impl Parameters {
+    /// The BSDF of these parameters.
+    ///
+    /// | parameters | BSDF |
+    /// |---|---|
+    /// | metallic < 1/2 on the boundary of a volume | [`Bsdf::Dielectric`], also where nothing is transmitted: the volume goes on there |
+    /// | metallic < 1/2 and transmission on a thin wall | [`Bsdf::Thin`] |
+    /// | metallic 0, specular 0 | [`Bsdf::Diffuse`]: exactly Lambert |
+    /// | all else | [`Bsdf::MetallicRoughness`] |
+    ///
+    /// A metal does not transmit. Between metal and glass there is no BSDF of ours: the nearer of the two is taken.
+    pub fn bsdf(&self) -> Bsdf {
+        let Self { base_color: color, metallic, transmission, specular, specular_color, ior, .. } = *self;
+        let alpha = self.roughness * self.roughness;
+        if metallic < 0.5 && self.boundary == Boundary::Volume {
+            return Bsdf::Dielectric(Dielectric { color, ior, alpha, transmission });
+        }
+        if metallic < 0.5 && self.boundary == Boundary::Thin && transmission > 0.0 {
+            return Bsdf::Thin(ThinDielectric { color, ior, alpha, transmission });
+        }
+        if metallic == 0.0 && specular == 0.0 {
+            return Bsdf::Diffuse(Diffuse { albedo: color });
+        }
+        // KHR_materials_specular: f0 = min(((ior − 1)/(ior + 1))² · specularColor, 1) · specular, f90 = specular.
+        let r = (ior - 1.0) / (ior + 1.0);
+        Bsdf::MetallicRoughness(MetallicRoughness {
+            base_color: color,
+            metallic,
+            alpha,
+            dielectric_f0: (specular_color * (r * r)).min(Vec3::ONE) * specular,
+            dielectric_f90: specular,
+        })
+    }
+}
+
+/// What a material varies over its surface: its parameters as factors, and the textures and vertex colours that multiply them.
+#[derive(Clone, Debug)]
+pub struct Maps {
+    /// The parameters where every texture is white.
+    pub factors: Parameters,
+    /// RGB: base colour, sRGB. Alpha: coverage.
+    pub base_color: Option<Texture>,
+    /// G: roughness. B: metallic.
+    pub metallic_roughness: Option<Texture>,
+    /// R: transmission.
+    pub transmission: Option<Texture>,
+    /// A: specular.
+    pub specular: Option<Texture>,
+    /// RGB: specular colour, sRGB.
+    pub specular_color: Option<Texture>,
+    /// RGB: emission, sRGB.
+    pub emission: Option<Texture>,
+    /// The normal texture.
+    pub normal: Option<NormalMap>,
+    /// What the vertex colours multiply.
+    pub vertex_colors: VertexColors,
+}
+
+/// What the colours at a mesh's vertices multiply.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum VertexColors {
+    /// Nothing: the mesh has none.
+    Nothing,
+    /// The base colour.
+    BaseColor,
+    /// The emission, of a surface that shows its base colour by emitting it.
+    Emission,
+}
+
+impl Maps {
+    /// Maps with these factors that change nothing yet.
+    pub fn new(factors: Parameters) -> Self {
+        Self {
+            factors,
+            base_color: None,
+            metallic_roughness: None,
+            transmission: None,
+            specular: None,
+            specular_color: None,
+            emission: None,
+            normal: None,
+            vertex_colors: VertexColors::Nothing,
+        }
+    }
+
+    /// The parameters at a place.
+    pub fn parameters(&self, at: &Interpolation<'_>) -> Parameters {
+        let mut p = self.factors;
+        if let Some(texture) = &self.base_color {
+            p.base_color *= texture.lookup(at.uv(texture.uv_set)).xyz();
+        }
+        if self.vertex_colors == VertexColors::BaseColor {
+            p.base_color *= at.color().xyz();
+        }
+        if let Some(texture) = &self.metallic_roughness {
+            let texel = texture.lookup(at.uv(texture.uv_set));
+            p.roughness *= texel.y;
+            p.metallic *= texel.z;
+        }
+        if let Some(texture) = &self.transmission {
+            p.transmission *= texture.lookup(at.uv(texture.uv_set)).x;
+        }
+        if let Some(texture) = &self.specular {
+            p.specular *= texture.lookup(at.uv(texture.uv_set)).w;
+        }
+        if let Some(texture) = &self.specular_color {
+            p.specular_color *= texture.lookup(at.uv(texture.uv_set)).xyz();
+        }
+        p
+    }
+
+    /// What a material's emission is multiplied by at a place, in [0, 1] per channel.
+    pub fn emission(&self, at: &Interpolation<'_>) -> Rgb {
+        let texel = self.emission.as_ref().map_or(Rgb::ONE, |texture| texture.lookup(at.uv(texture.uv_set)).xyz());
+        if self.vertex_colors == VertexColors::Emission { texel * at.color().xyz() } else { texel }
+    }
+
+    /// Whether anything varies over the surface at all.
+    pub fn vary(&self) -> bool {
+        self.textures().next().is_some() || self.vertex_colors != VertexColors::Nothing
+    }
+
+    /// Every texture of the material.
+    pub fn textures(&self) -> impl Iterator<Item = &Texture> {
+        let Self { base_color, metallic_roughness, transmission, specular, specular_color, emission, normal, .. } =
+            self;
+        let normal = normal.as_ref().map(|map| &map.texture);
+        let others = [base_color, metallic_roughness, transmission, specular, specular_color, emission];
+        others.into_iter().flatten().chain(normal)
+    }
+
+    /// Whether the emission varies over the surface.
+    pub fn vary_emission(&self) -> bool {
+        self.emission.is_some() || self.vertex_colors == VertexColors::Emission
+    }
+}
+
+/// A normal texture with its scale.
+#[derive(Clone, Debug)]
+pub struct NormalMap {
+    /// RGB: the normal in the tangent frame, 1/2 for 0.
+    pub texture: Texture,
+    /// How much the normal is tilted: its x and y are multiplied by this.
+    pub scale: f32,
+}
+
+/// The least cosine between N_g and the normal of a normal texture.
+const STEEPEST: f32 = 1e-3;
+
+impl NormalMap {
+    /// N_s at the mesh's texture coordinates `uv`, on the side of the geometric unit normal `n_g`
+    /// (glTF 2.0 specification, 3.9.3).
+    ///
+    /// A mesh whose interpolated normal lies behind N_g shows its front from behind, so all of the normal is turned. One that
+    /// the texture tilts below the surface is lifted to the horizon: turned about, it would lean the other way.
+    pub fn shading_normal(&self, uv: Vec2, frame: &TangentFrame, n_g: Vec3) -> Vec3 {
+        let texel = self.texture.lookup(uv).xyz();
+        let local = (2.0 * texel - 1.0) * Vec3::new(self.scale, self.scale, 1.0);
+        let n = frame.tangent * local.x + frame.bitangent * local.y + frame.normal * local.z;
+        let side = 1.0_f32.copysign(frame.normal.dot(n_g));
+        let Some(n) = (side * n).try_normalize() else { return n_g };
+        let cos = n.dot(n_g);
+        if cos >= STEEPEST { n } else { (n + n_g * (STEEPEST - cos)).normalize() }
+    }
 }
 
 /// Which sides of an emitter emit.
@@ -40,7 +246,14 @@ impl Material {
             emission: Rgb::ZERO,
             emission_sides: EmissionSides::Front,
             absorption: Rgb::ZERO,
+            maps: None,
         }
+    }
+
+    /// A material whose parameters vary as `maps` say.
+    pub fn varying(name: &str, maps: Maps) -> Self {
+        let bsdf = maps.factors.bsdf();
+        Self { maps: Some(Box::new(maps)), ..Self::new(name, bsdf) }
     }
 
     /// A Lambertian reflector.

@@ -8,6 +8,7 @@ pub mod light;
 mod light_index;
 pub mod material;
 pub mod point;
+pub mod texture;
 
 use glam::{Vec2, Vec3};
 
@@ -73,7 +74,7 @@ impl Scene {
         let hit = self.geometry.closest(&ray, skip)?;
         let surface = self.geometry.surface(&ray, &hit);
         let light = self.light_of.get(hit.primitive);
-        Some(Point::on_surface(&surface, hit.primitive, self.geometry.material(hit.primitive), &self.materials, light))
+        Some(Point::on_surface(&self.geometry, &self.materials, hit.primitive, &surface, light))
     }
 
     /// V(a↔b): whether the two points see each other. At most one of them is infinite.
@@ -99,8 +100,7 @@ impl Scene {
     /// A point of a primitive, uniform in its area for uniform `u`: for building paths by hand.
     pub fn point_on(&self, primitive: PrimitiveId, u: Vec2) -> Point {
         let light = self.light_of.get(primitive);
-        let material = self.geometry.material(primitive);
-        Point::on_surface(&self.geometry.sample(primitive, u), primitive, material, &self.materials, light)
+        Point::on_surface(&self.geometry, &self.materials, primitive, &self.geometry.sample(primitive, u), light)
     }
 
     /// [`Lights::sample_next_event`] for this scene.

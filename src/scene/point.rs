@@ -1,13 +1,14 @@
 //! A point of the scene: where a path may scatter, start or end.
 
-use glam::Vec3;
+use glam::{Vec2, Vec3};
 
 use super::{
-    bsdf::Bsdf,
-    geometry::{PrimitiveId, offset_origin},
+    bsdf::{Bsdf, Diffuse},
+    geometry::{Geometry, PrimitiveId, Surface, offset_origin},
     light::LightId,
-    material::MaterialId,
+    material::{Maps, Material, MaterialId},
 };
+use crate::math::Rgb;
 
 /// What kind of place a point is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -44,9 +45,75 @@ pub struct Point {
     pub light: Option<LightId>,
     /// The BSDF here; black where there is no surface.
     pub bsdf: Bsdf,
+    /// The radiance that the material emits here from its emitting sides; zero where there is no surface.
+    pub emission: Rgb,
+    /// Barycentric coordinates of a triangle's second and third corner; zero elsewhere.
+    pub barycentric: Vec2,
 }
 
 impl Point {
+    /// The point of a primitive's surface, its material resolved.
+    #[inline]
+    pub fn on_surface(
+        geometry: &Geometry,
+        materials: &[Material],
+        primitive: PrimitiveId,
+        surface: &Surface,
+        light: Option<LightId>,
+    ) -> Self {
+        let id = geometry.material(primitive);
+        let material = &materials[id.0 as usize];
+        let mut point = Self {
+            position: surface.position,
+            normal: surface.normal,
+            shading_normal: surface.shading_normal,
+            error: surface.error,
+            place: Place::Surface,
+            primitive,
+            material: id,
+            light,
+            bsdf: material.bsdf,
+            emission: material.emission,
+            barycentric: surface.barycentric,
+        };
+        if let Some(maps) = &material.maps {
+            point.resolve(geometry, maps, surface);
+        }
+        point
+    }
+
+    /// Puts what varies over the surface in place of the material's constants.
+    #[inline(never)]
+    fn resolve(&mut self, geometry: &Geometry, maps: &Maps, surface: &Surface) {
+        let at = geometry.attributes(self.primitive, surface.barycentric);
+        self.bsdf = maps.parameters(&at).bsdf();
+        if maps.vary_emission() {
+            self.emission *= maps.emission(&at);
+        }
+        if let Some(map) = &maps.normal
+            && let Some(frame) = geometry.tangent_frame(self.primitive, surface)
+        {
+            self.shading_normal = map.shading_normal(at.uv(map.texture.uv_set), &frame, self.normal);
+        }
+    }
+
+    /// A black point without surface at `position`.
+    pub fn nowhere(position: Vec3) -> Self {
+        Self {
+            position,
+            normal: Vec3::Z,
+            shading_normal: Vec3::Z,
+            error: 0.0,
+            place: Place::Degenerate,
+            primitive: PrimitiveId::NONE,
+            material: MaterialId(u32::MAX),
+            light: None,
+            bsdf: Bsdf::Diffuse(Diffuse { albedo: Rgb::ZERO }),
+            emission: Rgb::ZERO,
+            barycentric: Vec2::ZERO,
+        }
+    }
+
     /// Where a ray in direction `w` (of any length) has to start so as not to meet the surface it leaves.
     #[inline]
     pub fn ray_origin(&self, w: Vec3) -> Vec3 {

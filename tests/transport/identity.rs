@@ -16,7 +16,7 @@ use pathspace::{
     },
 };
 
-use crate::scenes;
+use crate::{scenes, textures};
 
 /// What both faces of the core say of one path.
 #[derive(Clone, Copy, Debug)]
@@ -170,6 +170,13 @@ fn of_every_path_among_all_materials_and_lights() {
     // The wide filter pads the film, so that N_c and N_l differ.
     assert_identity("zoo", &scenes::zoo(scenes::square(40, Filter::BlackmanHarris)), 3);
     assert_identity("open zoo", &scenes::open_zoo(scenes::square(32, Filter::BlackmanHarris)), 2);
+}
+
+#[test]
+fn of_every_path_over_textures() {
+    assert_identity("textured room", &textures::textured_room(scenes::square(24, Filter::Box)), 2);
+    assert_identity("normal-mapped plane", &textures::normal_mapped_plane(scenes::square(24, Filter::Box)), 2);
+    assert_identity("textured emitter", &textures::textured_emitter(scenes::square(24, Filter::Box)), 2);
 }
 
 /// A mistake planted into the fast form's numbers.

@@ -12,4 +12,5 @@ mod public;
 mod report;
 mod scenes;
 mod statistics;
+mod textures;
 mod transparent;

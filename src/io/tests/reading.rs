@@ -34,8 +34,9 @@ fn normals_go_with_the_inverse_transpose() {
         positions: vec![Vec3::X, Vec3::Y, Vec3::Z],
         normals: Some(vec![Vec3::ONE.normalize(); 3]),
         triangles: vec![[0, 1, 2]],
+        attributes: Default::default(),
         influences: Default::default(),
-        material: None,
+        material: 0,
     };
     let matrices = [
         DMat4::from_scale(DVec3::new(1., 4., 0.5)),

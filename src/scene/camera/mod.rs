@@ -20,16 +20,8 @@ use std::f32::consts::PI;
 use glam::{Vec2, Vec3};
 
 pub use self::sensor::{Raster, Sensor};
-use super::{
-    geometry::PrimitiveId,
-    material::MaterialId,
-    point::{Place, Point},
-};
-use crate::{
-    math::Rgb,
-    sampling::{PdfArea, PdfSolidAngle, warp},
-    scene::bsdf::{Bsdf, Diffuse},
-};
+use super::point::{Place, Point};
+use crate::sampling::{PdfArea, PdfSolidAngle, warp};
 
 /// A camera: its density is uniform over the padded film and, if it has one, over the lens.
 #[derive(Clone, Copy, Debug)]
@@ -159,18 +151,13 @@ impl Camera {
 
     fn lens_at(&self, position: Vec3) -> Point {
         Point {
-            position,
             normal: self.forward,
             shading_normal: self.forward,
-            error: 0.0,
             place: match self.projection {
                 Projection::Pinhole | Projection::ThinLens { .. } => Place::Surface,
                 Projection::Orthographic => Place::Film,
             },
-            primitive: PrimitiveId::NONE,
-            material: MaterialId(0),
-            light: None,
-            bsdf: Bsdf::Diffuse(Diffuse { albedo: Rgb::ZERO }),
+            ..Point::nowhere(position)
         }
     }
 

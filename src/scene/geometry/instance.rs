@@ -3,7 +3,7 @@
 //!
 //! Both ways are computed in f64 and rounded once. A ray keeps its parameter t, so hits in different spaces compare.
 
-use glam::{DAffine3, DMat3, DVec3, Mat3, Vec2, Vec3};
+use glam::{DAffine3, DMat3, DVec3, Mat3, Vec2, Vec3, Vec4};
 
 use super::{
     Bounds, Surface,
@@ -113,8 +113,21 @@ impl Instance {
         let error = self.placement.rounding(object.as_vec3(), world).max_element() as f32;
         let normal = (self.placement.to_object.matrix3.transpose() * triangle.cross()).try_normalize();
         let normal = normal.map_or(Vec3::Z, |n| n.as_vec3());
-        let corners = mesh.corner_normals(index).map(|n| (self.normals * n).normalize_or_zero());
-        Surface { position: world.as_vec3(), normal, shading_normal: shading_normal(corners, b, normal), error }
+        let corners = mesh.corner_normals(index).map(|n| self.normal(n));
+        let shading_normal = shading_normal(corners, b, normal);
+        Surface { position: world.as_vec3(), normal, shading_normal, error, barycentric: b }
+    }
+
+    /// A vertex normal in world space; zero stays zero.
+    pub fn normal(&self, n: Vec3) -> Vec3 {
+        (self.normals * n).normalize_or_zero()
+    }
+
+    /// A vertex tangent in world space. It goes with the surface; a mirror turns N × T against the image's up, so the sign turns.
+    pub fn tangent(&self, t: Vec4) -> Vec4 {
+        let m = self.placement.to_world.matrix3;
+        let sign = 1.0_f64.copysign(m.determinant()) as f32;
+        (m * t.truncate().as_dvec3()).normalize_or_zero().as_vec3().extend(sign * t.w)
     }
 
     /// The world-space area of a triangle of `mesh`, m²; positive if the triangle has one in its own space.

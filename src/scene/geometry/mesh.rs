@@ -2,7 +2,7 @@
 
 use glam::{Vec2, Vec3};
 
-use super::{Bounds, MaterialId, Surface, bvh::MeshLeaf, triangle::Triangle};
+use super::{Attributes, Bounds, Interpolation, MaterialId, Surface, bvh::MeshLeaf, triangle::Triangle};
 
 /// Triangles over shared vertices, each with a material, in a space of their own.
 #[derive(Clone, Debug, Default)]
@@ -10,6 +10,7 @@ pub struct Mesh {
     positions: Vec<Vec3>,
     /// As long as `positions`; zero where a part has no normals.
     normals: Vec<Vec3>,
+    attributes: Attributes,
     triangles: Vec<IndexedTriangle>,
 }
 
@@ -33,9 +34,26 @@ impl Mesh {
         indices: &[[u32; 3]],
         material: MaterialId,
     ) {
+        self.add_triangles_with(positions, normals, &Attributes::default(), indices, material);
+    }
+
+    /// [`Self::add_triangles`] with attributes that their material reads.
+    ///
+    /// # Panics
+    /// As there; also if an attribute is there for some vertices only, or is not finite.
+    pub fn add_triangles_with(
+        &mut self,
+        positions: &[Vec3],
+        normals: Option<&[Vec3]>,
+        attributes: &Attributes,
+        indices: &[[u32; 3]],
+        material: MaterialId,
+    ) {
+        assert!(attributes.fit(positions.len()), "finite attributes for every vertex");
         assert!(positions.iter().all(|p| p.is_finite()), "positions are finite");
         assert!(indices.as_flattened().iter().all(|&i| (i as usize) < positions.len()), "indices are in range");
         let base = u32::try_from(self.positions.len()).expect("fewer than 2³² vertices");
+        self.attributes.append(base as usize, attributes);
         self.positions.extend_from_slice(positions);
         u32::try_from(self.positions.len()).expect("fewer than 2³² vertices");
         match normals {
@@ -81,6 +99,13 @@ impl Mesh {
         self.triangles[index as usize].corners.map(|i| self.normals[i as usize])
     }
 
+    /// The attributes at the barycentric coordinates `b`; none of a triangle that the mesh does not have.
+    #[inline]
+    pub(super) fn attributes(&self, index: u32, b: Vec2) -> Interpolation<'_> {
+        let corners = self.triangles.get(index as usize).map_or([u32::MAX; 3], |t| t.corners);
+        self.attributes.between(corners, b)
+    }
+
     pub(super) fn leaves(&self) -> impl Iterator<Item = MeshLeaf> {
         (0..self.len()).map(|index| MeshLeaf { triangle: self.triangle(index), index })
     }
@@ -91,7 +116,7 @@ impl Mesh {
         let (position, error) = triangle.point(b);
         let normal = triangle.normal();
         let shading_normal = shading_normal(self.corner_normals(index), b, normal);
-        Surface { position, normal, shading_normal, error }
+        Surface { position, normal, shading_normal, error, barycentric: b }
     }
 }
 

@@ -5,9 +5,10 @@
 //! be hit.
 //!
 //! Memory: a triangle takes 16 bytes of indices, 44 bytes in a leaf (40 in an instanced mesh's) and its share of a
-//! 64-byte node (one for about two or three triangles); a vertex takes 24 bytes. An instance takes 264 bytes, 44 bytes
+//! 64-byte node (one for about two or three triangles); a vertex takes 24 bytes, and more with [`Attributes`]. An instance takes 264 bytes, 44 bytes
 //! in a leaf and its share of a node, whatever its mesh.
 
+mod attributes;
 mod build;
 mod bvh;
 mod instance;
@@ -22,12 +23,18 @@ mod triangle;
 
 use glam::{Vec2, Vec3};
 
+pub use self::{
+    attributes::{Attributes, Interpolation, TangentFrame, UV_SETS},
+    instance::Placement,
+    mesh::Mesh,
+    offset::offset_origin,
+    ray::Ray,
+};
 use self::{
     bvh::{Leaf, MeshLeaf, Shape, Tree, WorldLeaf},
     instance::Instance,
     sphere::Sphere,
 };
-pub use self::{instance::Placement, mesh::Mesh, offset::offset_origin, ray::Ray};
 use super::material::MaterialId;
 use crate::sampling::warp;
 
@@ -106,6 +113,8 @@ pub struct Surface {
     pub shading_normal: Vec3,
     /// A bound on the rounding error of each coordinate of `position`.
     pub error: f32,
+    /// Barycentric coordinates of a triangle's second and third corner; zero on spheres.
+    pub barycentric: Vec2,
 }
 
 /// An axis-aligned box.
@@ -156,6 +165,23 @@ impl Geometry {
     ) {
         self.assert_unbuilt();
         self.world.add_triangles(positions, normals, indices, material);
+    }
+
+    /// Adds triangles in world space with attributes, the tangents among them in world space too; see
+    /// [`Mesh::add_triangles_with`].
+    ///
+    /// # Panics
+    /// As [`Mesh::add_triangles_with`]. Also after [`Self::build`].
+    pub fn add_triangles_with(
+        &mut self,
+        positions: &[Vec3],
+        normals: Option<&[Vec3]>,
+        attributes: &Attributes,
+        indices: &[[u32; 3]],
+        material: MaterialId,
+    ) {
+        self.assert_unbuilt();
+        self.world.add_triangles_with(positions, normals, attributes, indices, material);
     }
 
     /// Adds an analytic sphere; one of radius 0 is never hit.
@@ -306,6 +332,32 @@ impl Geometry {
         }
     }
 
+    /// The surface at the barycentric coordinates `b` of a triangle; `None` for a sphere.
+    pub fn surface_at(&self, primitive: PrimitiveId, b: Vec2) -> Option<Surface> {
+        (!self.is_sphere(primitive)).then(|| self.triangle_surface(primitive, b))
+    }
+
+    /// The vertex attributes at the barycentric coordinates `b` of a triangle; a sphere has none.
+    #[inline]
+    pub fn attributes(&self, primitive: PrimitiveId, b: Vec2) -> Interpolation<'_> {
+        match primitive.instance() {
+            None => self.world.attributes(primitive.index, b),
+            Some(number) => self.instance(number).1.attributes(primitive.index, b),
+        }
+    }
+
+    /// The axes of a normal texture there, in world space; `None` without tangents. A mesh without normals takes its N_g.
+    pub fn tangent_frame(&self, primitive: PrimitiveId, surface: &Surface) -> Option<TangentFrame> {
+        let at = self.attributes(primitive, surface.barycentric);
+        let tangents = at.tangents()?;
+        let Some(number) = primitive.instance() else {
+            return at.frame(tangents, self.world.corner_normals(primitive.index), surface.normal);
+        };
+        let (instance, mesh) = self.instance(number);
+        let normals = mesh.corner_normals(primitive.index).map(|n| instance.normal(n));
+        at.frame(tangents.map(|t| instance.tangent(t)), normals, surface.normal)
+    }
+
     /// The number of meshes that are kept for instances.
     pub fn mesh_count(&self) -> usize {
         self.meshes.len()
@@ -362,5 +414,5 @@ impl Geometry {
 }
 
 fn sphere_surface((position, normal, error): (Vec3, Vec3, f32)) -> Surface {
-    Surface { position, normal, shading_normal: normal, error }
+    Surface { position, normal, shading_normal: normal, error, barycentric: Vec2::ZERO }
 }

@@ -24,14 +24,13 @@ pub use self::{
     spot::Spot,
 };
 use super::{
-    geometry::{Geometry, PrimitiveId, Surface},
+    geometry::{Geometry, PrimitiveId},
     material::{EmissionSides, Material, MaterialId},
     point::{Place, Point},
 };
 use crate::{
     math::{Frame, Rgb, luminance},
     sampling::{Discrete, PdfArea, PdfSolidAngle, warp},
-    scene::bsdf::{Bsdf, Diffuse},
 };
 
 /// The index of a light: every emissive triangle or sphere is one, and so is every point light, sun and environment.
@@ -41,11 +40,12 @@ pub struct LightId(pub u32);
 /// A source of light.
 #[derive(Clone, Debug)]
 pub enum Light {
-    /// A primitive that emits the same radiance (W/(m² sr) or nit) from every point into every direction of its emitting sides.
+    /// A primitive each of whose points emits the same radiance (W/(m² sr) or nit) into every direction of its emitting
+    /// sides: [`Point::emission`].
     Area {
         /// The primitive.
         primitive: PrimitiveId,
-        /// L_e.
+        /// L_e, before its texture.
         radiance: Rgb,
         /// Which sides emit, with respect to N_g.
         sides: EmissionSides,
@@ -194,9 +194,9 @@ impl Lights {
     pub fn le(&self, point: &Point, w: Vec3) -> Rgb {
         let Some(id) = point.light else { return Rgb::ZERO };
         match self.get(id) {
-            Light::Area { radiance, sides, .. } => {
+            Light::Area { sides, .. } => {
                 let front = point.normal.dot(w);
-                if front > 0.0 || (front < 0.0 && *sides == EmissionSides::Both) { *radiance } else { Rgb::ZERO }
+                if front > 0.0 || (front < 0.0 && *sides == EmissionSides::Both) { point.emission } else { Rgb::ZERO }
             }
             Light::Point { intensity, .. } => *intensity,
             Light::Spot(spot) => spot.intensity_towards(w),
@@ -319,13 +319,9 @@ impl Lights {
     #[inline]
     fn sample_position(&self, geometry: &Geometry, materials: &[Material], id: LightId, u: Vec2) -> Point {
         match self.get(id) {
-            Light::Area { primitive, .. } => Point::on_surface(
-                &geometry.sample(*primitive, u),
-                *primitive,
-                geometry.material(*primitive),
-                materials,
-                Some(id),
-            ),
+            Light::Area { primitive, .. } => {
+                Point::on_surface(geometry, materials, *primitive, &geometry.sample(*primitive, u), Some(id))
+            }
             Light::Point { position, .. } => without_extent(*position, id),
             Light::Spot(spot) => without_extent(spot.position(), id),
             Light::Directional { towards, .. } => at_infinity(*towards, id),
@@ -363,45 +359,6 @@ impl EmissionSides {
         match self {
             Self::Front => 1.0,
             Self::Both => 2.0,
-        }
-    }
-}
-
-impl Point {
-    /// The point of a primitive's surface, its material resolved.
-    #[inline]
-    pub fn on_surface(
-        surface: &Surface,
-        primitive: PrimitiveId,
-        material: MaterialId,
-        materials: &[Material],
-        light: Option<LightId>,
-    ) -> Self {
-        Self {
-            position: surface.position,
-            normal: surface.normal,
-            shading_normal: surface.shading_normal,
-            error: surface.error,
-            place: Place::Surface,
-            primitive,
-            material,
-            light,
-            bsdf: materials[material.0 as usize].bsdf,
-        }
-    }
-
-    /// A black point without surface at `position`.
-    pub fn nowhere(position: Vec3) -> Self {
-        Self {
-            position,
-            normal: Vec3::Z,
-            shading_normal: Vec3::Z,
-            error: 0.0,
-            place: Place::Degenerate,
-            primitive: PrimitiveId::NONE,
-            material: MaterialId(u32::MAX),
-            light: None,
-            bsdf: Bsdf::Diffuse(Diffuse { albedo: Rgb::ZERO }),
         }
     }
 }

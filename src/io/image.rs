@@ -1,0 +1,123 @@
+//! Images: PNG, JPEG and WebP, from files beside the document, data URIs and buffer views.
+
+use std::{io::Cursor, path::Path, sync::Arc};
+
+use gltf_json::Root;
+use image::{DynamicImage, ImageDecoder as _, ImageFormat, ImageReader, Limits};
+
+use super::{
+    buffer::{self, Buffers, Hash},
+    error::{Fault, one_line},
+};
+use crate::scene::texture::{Image, Texels};
+
+/// More texels than this in all images of a file are refused before they are decoded: a gigabyte of 8-bit RGBA.
+const MAX_TEXELS: u64 = 1 << 28;
+
+/// What a decoder may take besides the texels, bytes.
+const DECODER_MEMORY: u64 = 1 << 30;
+
+/// The images of a document, each decoded when it is first asked for.
+pub(super) struct Images<'a> {
+    root: &'a Root,
+    buffers: &'a Buffers,
+    folder: &'a Path,
+    hash: &'a mut Hash,
+    decoded: Vec<Option<Arc<Image>>>,
+    texels: u64,
+}
+
+impl<'a> Images<'a> {
+    /// The images of `root`, whose buffers are `buffers` and whose folder is `folder`; `hash` takes in the files that are read.
+    pub(super) fn new(root: &'a Root, buffers: &'a Buffers, folder: &'a Path, hash: &'a mut Hash) -> Self {
+        Self { root, buffers, folder, hash, decoded: vec![None; root.images.len()], texels: 0 }
+    }
+
+    /// The image at an index that the document has.
+    pub(super) fn get(&mut self, index: usize) -> Result<Arc<Image>, Fault> {
+        let at = format!("/images/{index}");
+        match self.decoded.get(index) {
+            Some(Some(image)) => return Ok(image.clone()),
+            Some(None) => {}
+            None => return Err(Fault::invalid(at, "the file has no such image")),
+        }
+        let image = Arc::new(match self.source(index, &at)? {
+            Bytes::Borrowed(bytes) => decode(bytes, &mut self.texels, &at)?,
+            Bytes::Owned(bytes) => decode(&bytes, &mut self.texels, &at)?,
+        });
+        self.decoded[index] = Some(image.clone());
+        Ok(image)
+    }
+
+    fn source(&mut self, index: usize, at: &str) -> Result<Bytes<'a>, Fault> {
+        let source = &self.root.images[index];
+        if let Some(uri) = &source.uri {
+            if uri.starts_with("data:") {
+                return Ok(Bytes::Owned(buffer::data_uri(uri, at)?));
+            }
+            let bytes = buffer::beside(uri, self.folder, "image", at)?;
+            self.hash.add(&bytes);
+            return Ok(Bytes::Owned(bytes));
+        }
+        let Some(view) = source.buffer_view.and_then(|view| self.root.buffer_views.get(view.value())) else {
+            return Err(Fault::invalid(at, "the image has neither a URI nor a buffer view"));
+        };
+        let buffer = view.buffer.value();
+        let Some(bytes) = self.buffers.get(buffer).and_then(Option::as_ref) else {
+            let what = "the buffer has no URI, and the file no binary chunk for it";
+            return Err(Fault::invalid(format!("/buffers/{buffer}"), what));
+        };
+        // Views were shown to lie within their buffers when the document was checked.
+        let start = view.byte_offset.unwrap_or_default().0 as usize;
+        let bytes = bytes.get(start..).and_then(|bytes| bytes.get(..view.byte_length.0 as usize));
+        bytes.map(Bytes::Borrowed).ok_or_else(|| Fault::invalid(at, "the image reaches beyond its buffer"))
+    }
+}
+
+enum Bytes<'a> {
+    Borrowed(&'a [u8]),
+    Owned(Vec<u8>),
+}
+
+/// Decodes an image, whatever its file name and MIME type say it is. Colour profiles and orientation are ignored, as glTF asks.
+/// `texels` counts those of all images.
+fn decode(bytes: &[u8], texels: &mut u64, at: &str) -> Result<Image, Fault> {
+    let format = image::guess_format(bytes).ok();
+    let Some(format @ (ImageFormat::Png | ImageFormat::Jpeg | ImageFormat::WebP)) = format else {
+        return Err(Fault::unsupported(at, "the image is neither PNG, JPEG nor WebP"));
+    };
+    let broken = |error: &image::ImageError| {
+        let name = format.extensions_str().first().copied().unwrap_or_default().to_uppercase();
+        Fault::invalid(at, format!("the {name} image is broken: {}", one_line(&error.to_string())))
+    };
+    let mut reader = ImageReader::with_format(Cursor::new(bytes), format);
+    reader.no_limits();
+    let mut decoder = reader.into_decoder().map_err(|error| broken(&error))?;
+    let (width, height) = decoder.dimensions();
+    let size = u64::from(width) * u64::from(height);
+    *texels = texels.saturating_add(size);
+    if *texels > MAX_TEXELS {
+        let what =
+            format!("with the image's {width} × {height} there are {texels} texels, and {MAX_TEXELS} is the limit");
+        return Err(Fault::too_large(at, what));
+    }
+    if size == 0 {
+        return Err(Fault::invalid(at, "the image has no texels"));
+    }
+    let mut limits = Limits::no_limits();
+    limits.max_alloc = Some(8 * size + DECODER_MEMORY);
+    decoder.set_limits(limits).map_err(|error| broken(&error))?;
+    let decoded = DynamicImage::from_decoder(decoder).map_err(|error| broken(&error))?;
+    let texels = match decoded {
+        DynamicImage::ImageLuma8(image) => Texels::U8(image.into_raw()),
+        DynamicImage::ImageLumaA8(image) => Texels::U8(image.into_raw()),
+        DynamicImage::ImageRgb8(image) => Texels::U8(image.into_raw()),
+        DynamicImage::ImageRgba8(image) => Texels::U8(image.into_raw()),
+        DynamicImage::ImageLuma16(image) => Texels::U16(image.into_raw()),
+        DynamicImage::ImageLumaA16(image) => Texels::U16(image.into_raw()),
+        DynamicImage::ImageRgb16(image) => Texels::U16(image.into_raw()),
+        DynamicImage::ImageRgba16(image) => Texels::U16(image.into_raw()),
+        other => Texels::U8(other.into_rgba8().into_raw()),
+    };
+    Ok(Image::new(width, height, texels))
+}

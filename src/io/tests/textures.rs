@@ -1,0 +1,258 @@
+//! Textures, vertex colours and tangents from documents made by hand.
+
+use std::io::Cursor;
+
+use glam::{Vec2, Vec3, Vec4};
+use image::{DynamicImage, GrayAlphaImage, GrayImage, ImageFormat, RgbImage, RgbaImage};
+
+use super::*;
+use crate::scene::{
+    geometry::PrimitiveId,
+    material::{Material, VertexColors},
+    texture::{Encoding, Filter, Texture, Wrap},
+};
+
+fn encoded(image: &DynamicImage, format: ImageFormat) -> Vec<u8> {
+    let mut bytes = Cursor::new(Vec::new());
+    image.write_to(&mut bytes, format).unwrap();
+    bytes.into_inner()
+}
+
+fn uri(bytes: &[u8]) -> String {
+    format!("data:image/whatever;base64,{}", STANDARD.encode(bytes))
+}
+
+/// Two texels: 255 188 10 and 0 255 51.
+fn two_texels() -> DynamicImage {
+    RgbImage::from_raw(2, 1, vec![255, 188, 10, 0, 255, 51]).unwrap().into()
+}
+
+/// A triangle with texture coordinates (0,0), (1,0), (0,1) in two sets, the second halved, and the one image `bytes`.
+fn textured(image: &[u8], material: &Value) -> Value {
+    let floats: [f32; 30] = [
+        0., 0., 0., 1., 0., 0., 0., 1., 0., // positions
+        0., 0., 1., 0., 0., 1., 0., 0., 1., // normals
+        0., 0., 1., 0., 0., 1., // TEXCOORD_0
+        0., 0., 0.5, 0., 0., 0.5, // TEXCOORD_1
+    ];
+    let mut bytes: Vec<u8> = floats.iter().flat_map(|x| x.to_le_bytes()).collect();
+    bytes.extend([255, 0, 0, 255, 255, 51, 0, 255]); // colours of two vertices; the third is the next four bytes
+    bytes.extend([255, 255, 255, 0]);
+    let view = |offset: usize, length: usize| json!({ "buffer": 0, "byteOffset": offset, "byteLength": length });
+    let accessor =
+        |view: usize, kind: &str| json!({ "bufferView": view, "componentType": 5126, "count": 3, "type": kind });
+    json!({
+        "asset": { "version": "2.0" },
+        "scenes": [{ "nodes": [0] }],
+        "nodes": [{ "mesh": 0 }],
+        "meshes": [{ "primitives": [{
+            "attributes": { "POSITION": 0, "NORMAL": 1, "TEXCOORD_0": 2, "TEXCOORD_1": 3 }, "material": 0,
+        }] }],
+        "materials": [material],
+        "textures": [{ "source": 0, "sampler": 0 }],
+        "samplers": [{ "wrapS": 33071, "wrapT": 33648, "magFilter": 9728 }],
+        "images": [{ "uri": uri(image) }],
+        "accessors": [
+            accessor(0, "VEC3"), accessor(1, "VEC3"), accessor(2, "VEC2"), accessor(3, "VEC2"),
+            { "bufferView": 4, "componentType": 5121, "normalized": true, "count": 3, "type": "VEC4" },
+        ],
+        "bufferViews": [view(0, 36), view(36, 36), view(72, 24), view(96, 24), view(120, 12)],
+        "buffers": [{ "byteLength": bytes.len(), "uri": uri(&bytes) }],
+    })
+}
+
+fn base_color() -> Value {
+    json!({ "pbrMetallicRoughness": { "baseColorTexture": { "index": 0 } } })
+}
+
+fn first(loaded: &Loaded) -> &Material {
+    &loaded.materials[0]
+}
+
+fn base(loaded: &Loaded) -> Texture {
+    first(loaded).maps.as_ref().unwrap().base_color.clone().unwrap()
+}
+
+#[test]
+fn an_image_is_read_in_every_format_and_depth() {
+    let two = two_texels();
+    let exact = [two.to_rgb8().into(), two.to_rgba8().into(), two.to_rgb16().into(), two.to_rgba16().into()];
+    let exact: [DynamicImage; 4] = exact;
+    for (image, format) in exact.iter().map(|i| (i, ImageFormat::Png)).chain([(&two, ImageFormat::WebP)]) {
+        let loaded = load(&textured(&encoded(image, format), &base_color())).unwrap();
+        let found = base(&loaded).lookup(Vec2::new(0.2, 0.5));
+        let expected = Vec4::new(1.0, 0.502_886, 0.003_035_27, 1.0);
+        assert!((found - expected).abs().max_element() < 1e-5, "{format:?}: {found}");
+        assert!(loaded.warnings.is_empty(), "{:?}", loaded.warnings);
+    }
+    // JPEG loses a little.
+    let flat = RgbImage::from_pixel(16, 16, image::Rgb([255, 188, 10])).into();
+    let loaded = load(&textured(&encoded(&flat, ImageFormat::Jpeg), &base_color())).unwrap();
+    let found = base(&loaded).lookup(Vec2::new(0.2, 0.5));
+    assert!((found - Vec4::new(1.0, 0.503, 0.003, 1.0)).abs().max_element() < 0.02, "{found}");
+    let grey = GrayImage::from_raw(1, 1, vec![188]).unwrap().into();
+    let grey_alpha = GrayAlphaImage::from_raw(1, 1, vec![188, 51]).unwrap().into();
+    for (image, alpha) in [(grey, 1.0), (grey_alpha, 0.2)] {
+        let loaded = load(&textured(&encoded(&image, ImageFormat::Png), &base_color())).unwrap();
+        let found = base(&loaded).lookup(Vec2::ZERO);
+        assert!((found - Vec3::splat(0.502_886).extend(alpha)).abs().max_element() < 1e-5, "{found}");
+    }
+}
+
+#[test]
+fn samplers_transforms_and_sets_are_honoured() {
+    let mut material = base_color();
+    material["pbrMetallicRoughness"]["baseColorTexture"]["texCoord"] = json!(1);
+    let loaded = load(&textured(&encoded(&two_texels(), ImageFormat::Png), &material)).unwrap();
+    let texture = base(&loaded);
+    assert_eq!((texture.wrap, texture.filter, texture.uv_set), ([Wrap::Clamp, Wrap::Mirror], Filter::Nearest, 1));
+    assert_eq!(texture.encoding, Encoding::Srgb);
+    let at = loaded.geometry.attributes(PrimitiveId::world(0), Vec2::new(0.5, 0.25));
+    assert_eq!((at.uv(1), at.uv(0)), (Vec2::new(0.25, 0.125), Vec2::ZERO), "set 0 is not read, nothing asks for it");
+
+    material["pbrMetallicRoughness"]["baseColorTexture"]["extensions"] = json!({ "KHR_texture_transform":
+        { "offset": [0.25, 0.5], "rotation": std::f32::consts::FRAC_PI_2, "scale": [2.0, 3.0], "texCoord": 0 } });
+    let texture = base(&load(&textured(&encoded(&two_texels(), ImageFormat::Png), &material)).unwrap());
+    assert_eq!(texture.uv_set, 0);
+    // (u, v) → (2u, 3v), turned counter-clockwise on the image whose v goes down → (3v, −2u), moved by (1/4, 1/2).
+    let found = texture.transform.transform_point2(Vec2::new(0.1, 0.2));
+    assert!((found - Vec2::new(0.85, 0.3)).length() < 1e-6, "{found}");
+}
+
+#[test]
+fn each_slot_multiplies_its_parameter() {
+    let material = json!({
+        "pbrMetallicRoughness": {
+            "baseColorFactor": [0.5, 1.0, 1.0, 1.0], "baseColorTexture": { "index": 0 },
+            "metallicFactor": 0.5, "roughnessFactor": 0.5, "metallicRoughnessTexture": { "index": 0 },
+        },
+        "emissiveFactor": [0.0, 1.0, 1.0], "emissiveTexture": { "index": 0 },
+        "extensions": {
+            "KHR_materials_emissive_strength": { "emissiveStrength": 10.0 },
+            "KHR_materials_specular": {
+                "specularFactor": 0.5, "specularTexture": { "index": 0 },
+                "specularColorFactor": [2.0, 2.0, 2.0], "specularColorTexture": { "index": 0 },
+            },
+        },
+    });
+    let image = RgbaImage::from_raw(1, 1, vec![255, 188, 51, 204]).unwrap().into();
+    let loaded = load(&textured(&encoded(&image, ImageFormat::Png), &material)).unwrap();
+    let maps = first(&loaded).maps.as_ref().unwrap();
+    let at = loaded.geometry.attributes(PrimitiveId::world(0), Vec2::new(0.3, 0.3));
+    let (p, srgb) = (maps.parameters(&at), Vec3::new(1.0, 0.502_886, 0.033_104_8));
+    assert!((p.base_color - srgb * Vec3::new(0.5, 1.0, 1.0)).abs().max_element() < 1e-6, "{}", p.base_color);
+    assert!((p.metallic - 0.5 * 0.2).abs() < 1e-6 && (p.roughness - 0.5 * 188.0 / 255.0).abs() < 1e-6);
+    assert!((p.specular - 0.5 * 0.8).abs() < 1e-6);
+    assert!((p.specular_color - 2.0 * srgb).abs().max_element() < 1e-5);
+    assert!((maps.emission(&at) - srgb).abs().max_element() < 1e-6);
+    assert_eq!(first(&loaded).emission, Vec3::new(0.0, 10.0, 10.0));
+}
+
+#[test]
+fn vertex_colours_make_a_material_of_their_own() {
+    let mut document = textured(&encoded(&two_texels(), ImageFormat::Png), &json!({}));
+    document["meshes"][0]["primitives"][0]["attributes"]["COLOR_0"] = json!(4);
+    let loaded = load(&document).unwrap();
+    assert!(first(&loaded).maps.is_none());
+    let colored = &loaded.materials[loaded.geometry.material(PrimitiveId::world(0)).0 as usize];
+    let maps = colored.maps.as_ref().unwrap();
+    assert_eq!(maps.vertex_colors, VertexColors::BaseColor);
+    let at = loaded.geometry.attributes(PrimitiveId::world(0), Vec2::new(0.5, 0.5));
+    assert!((at.color() - Vec4::new(1.0, 0.6, 0.5, 0.5)).abs().max_element() < 1e-4, "{}", at.color());
+    assert!((maps.parameters(&at).base_color - Vec3::new(1.0, 0.6, 0.5)).abs().max_element() < 1e-4);
+}
+
+#[test]
+fn unlit_is_an_emitter_of_its_base_colour() {
+    let mut material = base_color();
+    material["extensions"] = json!({ "KHR_materials_unlit": {} });
+    let loaded = load(&textured(&encoded(&two_texels(), ImageFormat::Png), &material)).unwrap();
+    let at = loaded.geometry.attributes(PrimitiveId::world(0), Vec2::ZERO);
+    let maps = first(&loaded).maps.as_ref().unwrap();
+    assert_eq!((first(&loaded).emission, maps.parameters(&at).base_color), (Vec3::ONE, Vec3::ZERO));
+    assert!((maps.emission(&at) - Vec3::new(1.0, 0.502_886, 0.003_035_27)).abs().max_element() < 1e-5);
+}
+
+#[test]
+fn tangents_are_made_where_the_file_has_none() {
+    let material = json!({ "normalTexture": { "index": 0, "scale": 0.5 } });
+    let normal = RgbImage::from_raw(1, 1, vec![255, 128, 128]).unwrap().into();
+    let document = textured(&encoded(&normal, ImageFormat::Png), &material);
+    let frame = |document: &Value| {
+        let loaded = load(document).unwrap();
+        let surface = loaded.geometry.surface_at(PrimitiveId::world(0), Vec2::splat(0.3)).unwrap();
+        loaded.geometry.tangent_frame(PrimitiveId::world(0), &surface).unwrap()
+    };
+    // u goes along x and v along y; up on the image is against v.
+    let made = frame(&document);
+    assert!((made.tangent - Vec3::X).length() < 1e-5 && (made.bitangent + Vec3::Y).length() < 1e-5, "{made:?}");
+    // A mirrored node carries the image's axes with it, and keeps the front where it was.
+    let mirrored = frame(&changed(document.clone(), "/nodes/0/scale", json!([-1.0, 1.0, 1.0])));
+    assert!((mirrored.tangent + Vec3::X).length() < 1e-5, "{mirrored:?}");
+    assert!((mirrored.bitangent + Vec3::Y).length() < 1e-5, "{mirrored:?}");
+    assert!((mirrored.normal - Vec3::Z).length() < 1e-5, "{mirrored:?}");
+
+    let loaded = load(&document).unwrap();
+    let map = first(&loaded).maps.as_ref().unwrap().normal.clone().unwrap();
+    let n = map.shading_normal(Vec2::ZERO, &made, Vec3::Z);
+    // (1, 0, 0) of the texture, halved, with its zeros at 128/255.
+    let zero = 2.0 * 128.0 / 255.0 - 1.0;
+    let expected = Vec3::new(0.5, -0.5 * zero, zero).normalize();
+    assert!((n - expected).length() < 1e-5, "{n} for {expected}");
+}
+
+#[test]
+fn a_normal_below_the_surface_is_lifted_to_the_horizon() {
+    let material = json!({ "normalTexture": { "index": 0 } });
+    let normal = RgbImage::from_raw(1, 1, vec![255, 128, 0]).unwrap().into();
+    let loaded = load(&textured(&encoded(&normal, ImageFormat::Png), &material)).unwrap();
+    let surface = loaded.geometry.surface_at(PrimitiveId::world(0), Vec2::splat(0.3)).unwrap();
+    let frame = loaded.geometry.tangent_frame(PrimitiveId::world(0), &surface).unwrap();
+    let map = first(&loaded).maps.as_ref().unwrap().normal.clone().unwrap();
+    let n = map.shading_normal(Vec2::ZERO, &frame, surface.normal);
+    assert!(n.dot(Vec3::Z) > 0.0 && n.z < 0.01 && n.x > 0.99, "{n}");
+    let behind = map.shading_normal(Vec2::ZERO, &frame, -surface.normal);
+    assert!(behind.dot(-Vec3::Z) > 0.0, "{behind}");
+}
+
+#[test]
+fn webp_of_the_extension_comes_before_the_fallback() {
+    let mut document = textured(&encoded(&two_texels(), ImageFormat::WebP), &base_color());
+    document["images"] = json!([{ "uri": "missing.png" }, document["images"][0]]);
+    document["textures"][0]["extensions"] = json!({ "EXT_texture_webp": { "source": 1 } });
+    document["extensionsUsed"] = json!(["EXT_texture_webp"]);
+    let loaded = load(&document).unwrap();
+    assert!(base(&loaded).lookup(Vec2::ZERO).x == 1.0 && loaded.warnings.is_empty());
+}
+
+#[test]
+fn what_is_wrong_with_an_image_is_one_sentence() {
+    let good = encoded(&two_texels(), ImageFormat::Png);
+    let mut huge = good.clone();
+    // The header's width and height, and its checksum.
+    huge[16..24].copy_from_slice(&[0, 1, 0, 0, 0, 1, 0, 0]);
+    let checksum = crc(&huge[12..29]).to_be_bytes();
+    huge[29..33].copy_from_slice(&checksum);
+    let mut outside = textured(&good, &base_color());
+    outside["images"][0] = json!({ "uri": "../secret.png" });
+    let mut set = textured(&good, &base_color());
+    set["meshes"][0]["primitives"][0]["attributes"]["TEXCOORD_0"] = json!(4);
+    let cases = [
+        (textured(&good[..good.len() / 2], &base_color()), "x.gltf, /images/0: the PNG image is broken"),
+        (textured(b"GIF89a..", &base_color()), "/images/0: the image is neither PNG, JPEG nor WebP"),
+        (textured(&huge, &base_color()), "/images/0: with the image's 65536 × 65536 there are 4294967296 texels"),
+        (outside, "/images/0/uri: the URI “../secret.png” leads out of the model's folder"),
+        (set, "/accessors/4/type: texture coordinates have type VEC2"),
+    ];
+    for (document, expected) in cases {
+        let error = load(&document).unwrap_err().to_string();
+        assert!(error.contains(expected) && !error.contains('\n'), "{error}");
+    }
+}
+
+/// The checksum of a PNG chunk (CRC-32).
+fn crc(bytes: &[u8]) -> u32 {
+    !bytes.iter().fold(!0_u32, |crc, byte| {
+        (0..8).fold(crc ^ u32::from(*byte), |crc, _| (crc >> 1) ^ (0xedb8_8320 & (crc & 1).wrapping_neg()))
+    })
+}
