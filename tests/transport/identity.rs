@@ -175,8 +175,8 @@ fn of_every_path_among_all_materials_and_lights() {
 #[test]
 fn of_every_path_over_textures() {
     assert_identity("textured room", &textures::textured_room(scenes::square(24, Filter::Box)), 2);
-    assert_identity("normal-mapped plane", &textures::normal_mapped_plane(scenes::square(24, Filter::Box)), 2);
-    assert_identity("textured emitter", &textures::textured_emitter(scenes::square(24, Filter::Box)), 2);
+    assert_identity("normal-mapped plane", &textures::normal_mapped_plane(scenes::square(32, Filter::Box)), 5);
+    assert_identity("textured emitter", &textures::textured_emitter(scenes::square(32, Filter::Box)), 3);
 }
 
 /// A mistake planted into the fast form's numbers.
