@@ -3,6 +3,7 @@
 use std::{path::PathBuf, time::Duration};
 
 use super::{
+    environment::EnvironmentArgs,
     terminal::Verbosity,
     values::{self, Bytes, LookAt},
 };
@@ -125,6 +126,9 @@ pub(super) struct RenderArgs {
     /// target]
     #[arg(long, value_name = "METRES", allow_negative_numbers = true, value_parser = values::positive)]
     pub(super) focus: Option<f32>,
+
+    #[command(flatten)]
+    pub(super) environment: EnvironmentArgs,
 
     /// Refuse images whose film needs more memory than this
     #[arg(long, value_name = "SIZE", default_value = "4GiB", value_parser = values::bytes)]

@@ -21,6 +21,8 @@ pub(super) struct Job<'a> {
     pub(super) camera: &'a NamedCamera,
     pub(super) sensor: Sensor,
     pub(super) settings: &'a Settings,
+    /// The environment, if the options or their absence chose one.
+    pub(super) environment: Option<String>,
 }
 
 /// The header of the image after `passes` passes.
@@ -46,6 +48,9 @@ pub(super) fn header(job: &Job<'_>, film: &Film, passes: u32) -> Header {
     }
     if let Some(index) = job.shown {
         attributes.push(("scene-index", index.to_string()));
+    }
+    if let Some(environment) = &job.environment {
+        attributes.push(("environment", environment.clone()));
     }
     if let Some(clamp) = settings.clamp {
         attributes.push(("clamp", clamp.to_string()));

@@ -2,7 +2,7 @@
 
 use std::{collections::BTreeMap, path::PathBuf};
 
-use super::{exit::Failure, info_json, terminal};
+use super::{environment::NEUTRAL, exit::Failure, info_json, terminal};
 use crate::{
     io::{self, Loaded, PunctualLight, Summary, ThinLens, View},
     scene::{
@@ -110,7 +110,11 @@ fn lights(loaded: &Loaded) -> String {
     let kinds = light_kinds(loaded);
     let present: Vec<_> =
         kinds.iter().filter(|(count, _)| *count > 0).map(|(count, kind)| format!("{count} {kind}")).collect();
-    if present.is_empty() { "none: the image will be black".to_owned() } else { present.join(", ") }
+    if present.is_empty() {
+        format!("none: 'render' adds an environment of radiance {}", NEUTRAL.x)
+    } else {
+        present.join(", ")
+    }
 }
 
 /// How many lights there are of each kind.

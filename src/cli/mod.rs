@@ -2,6 +2,7 @@
 
 mod args;
 mod camera;
+mod environment;
 mod exit;
 mod header;
 mod info;

@@ -6,7 +6,7 @@ use rayon::{ThreadPool, ThreadPoolBuilder};
 
 use super::{
     args::RenderArgs,
-    camera,
+    camera, environment,
     exit::Failure,
     header::{Job, header},
     info,
@@ -51,8 +51,16 @@ pub(super) fn run(args: &RenderArgs) -> Result<(), Failure> {
     check_memory(args, &settings)?;
     let scenes = &loaded.summary.scenes;
     let shown = loaded.summary.scene.filter(|_| scenes.len() > 1);
-    let job = Job { scene_hash: loaded.hash.clone(), shown, camera: &view, sensor, settings: &settings };
-    let scene = loaded.into_scene(view.to_camera(sensor), None);
+    let environment = environment::choose(&args.environment, &loaded, terminal)?;
+    let job = Job {
+        scene_hash: loaded.hash.clone(),
+        shown,
+        camera: &view,
+        sensor,
+        settings: &settings,
+        environment: environment.recorded,
+    };
+    let scene = loaded.into_scene(view.to_camera(sensor), environment.light);
     foretell(&job, &scene, terminal);
 
     let mut renderer = pool.install(|| Renderer::new(&scene, &settings));

@@ -8,6 +8,7 @@ use glam::Vec3;
 use crate::{
     film::Crop,
     integrator::IntegratorKind,
+    math::Rgb,
     path::{Roulette, Strategy},
     sampling::Filter,
     scene::bsdf::Directions,
@@ -124,6 +125,17 @@ pub(super) fn roulette(text: &str) -> Result<Roulette, String> {
     Ok(Roulette::FromDepth(depth.into()))
 }
 
+/// `R,G,B`, or one number for all three: a radiance.
+pub(super) fn radiance(text: &str) -> Result<Rgb, String> {
+    let radiance = match numbers::<f32>(text)?[..] {
+        [r, g, b] => Rgb::new(r, g, b),
+        [grey] => Rgb::splat(grey),
+        _ => return Err("a radiance is three numbers R,G,B, or one for all three".to_owned()),
+    };
+    let allowed = radiance.to_array().iter().all(|c| (0.0..=1e30).contains(c));
+    if allowed { Ok(radiance) } else { Err("a radiance lies between 0 and 1e30".to_owned()) }
+}
+
 /// A number that is neither infinite nor NaN.
 pub(super) fn finite(text: &str) -> Result<f32, String> {
     text.parse().ok().filter(|x: &f32| x.is_finite()).ok_or_else(|| "a finite number is needed".to_owned())
@@ -188,6 +200,11 @@ mod tests {
         assert_eq!(roulette("4"), Ok(Roulette::FromDepth(4)));
         assert!(roulette("-1").is_err() && roulette("on").is_err() && roulette("256").is_err());
         assert_eq!(finite("-1.5"), Ok(-1.5));
+        assert_eq!(radiance("0.5"), Ok(Rgb::splat(0.5)));
+        assert_eq!(radiance("1,2.5, 0"), Ok(Rgb::new(1.0, 2.5, 0.0)));
+        for bad in ["", "1,2", "1,2,3,4", "-1", "nan", "inf", "1,1,1e31", "red"] {
+            assert!(radiance(bad).is_err(), "{bad}");
+        }
         assert!(finite("nan").is_err() && finite("inf").is_err() && positive("0").is_err() && positive("-1").is_err());
         assert!(not_negative("0") == Ok(0.0) && not_negative("-1").is_err() && not_negative("inf").is_err());
     }

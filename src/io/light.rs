@@ -1,6 +1,6 @@
 //! Lights without a surface (`KHR_lights_punctual`), in world space.
 
-use std::f32::consts::FRAC_PI_2;
+use std::f32::consts::{FRAC_1_PI, FRAC_PI_2};
 
 use glam::{DVec3, Vec3};
 use gltf_json::{
@@ -9,9 +9,9 @@ use gltf_json::{
     validation::Checked,
 };
 
-use super::{error::Fault, node::Placed};
+use super::{Loaded, error::Fault, node::Placed};
 use crate::{
-    math::Rgb,
+    math::{Rgb, luminance},
     scene::light::{Light, Spot},
 };
 
@@ -58,6 +58,36 @@ impl PunctualLight {
             }
         }
     }
+}
+
+/// Emission up to this radiance may have been meant as “bright” and not in nits: without
+/// `KHR_materials_emissive_strength` it is at most 1.
+const FEW_NITS: f32 = 10.0;
+/// Emission that many times below what lamps make white surfaces reflect cannot be told from black.
+const LOST: f32 = 100.0;
+
+/// The sentence for surfaces that emit a few nits beside lamps that light the scene with thousands of lux, if that is so.
+///
+/// Measured by what the lamps make a white surface reflect: E/π, with the sun's E, and with I/R² for lamps at the radius R of
+/// the scene (which is Φ/4πR², its power over the sphere around the scene).
+pub(super) fn outshone(loaded: &Loaded) -> Option<String> {
+    let bounds = loaded.geometry.bounds()?;
+    let distance2 = (0.25 * (bounds.max - bounds.min).length_squared()).max(f32::MIN_POSITIVE);
+    let irradiance = |light: &PunctualLight| match light {
+        PunctualLight::Point { intensity, .. } | PunctualLight::Spot { intensity, .. } => {
+            luminance(*intensity) / distance2
+        }
+        PunctualLight::Directional { irradiance, .. } => luminance(*irradiance),
+    };
+    let reflected = loaded.lights.iter().map(irradiance).sum::<f32>() * FRAC_1_PI;
+    let emitters = loaded.materials.iter().map(|material| luminance(material.emission)).enumerate();
+    let (index, brightest) = emitters.max_by(|a, b| a.1.total_cmp(&b.1)).filter(|(_, emission)| *emission > 0.0)?;
+    (brightest <= FEW_NITS && reflected > LOST * brightest).then(|| {
+        format!(
+            "/materials/{index}: the brightest emission is {brightest:.3} nit, and the lamps make white surfaces reflect about \
+             {reflected:.0} nit: it will look black; raise KHR_materials_emissive_strength, or lower the lights' intensity"
+        )
+    })
 }
 
 /// The light at a node; `None` for one without light.

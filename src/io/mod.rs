@@ -1,4 +1,4 @@
-//! Reading scenes: glTF 2.0, as `.gltf` and `.glb`.
+//! Reading scenes: glTF 2.0, as `.gltf` and `.glb`, and environment maps ([`load_environment`]).
 //!
 //! [`load`] reads a file into world space: triangles, spheres and instances of shared meshes as [`Geometry`], [`Material`]s,
 //! lights without a surface, and cameras. Whatever is wrong with a file is one sentence ([`LoadError`]); whatever it asks for that this version does
@@ -39,6 +39,7 @@ mod attribute;
 mod buffer;
 mod camera;
 mod document;
+mod environment;
 mod error;
 mod image;
 mod instancing;
@@ -60,15 +61,19 @@ use gltf_json::Root;
 use serde_json::Value;
 
 pub use camera::{NamedCamera, ThinLens, View};
+pub use environment::{EnvironmentError, LoadedEnvironment, load_environment};
 pub use error::LoadError;
 pub use light::PunctualLight;
 
-use crate::scene::{
-    Scene,
-    camera::Camera,
-    geometry::Geometry,
-    light::Light,
-    material::{Material, MaterialId},
+use crate::{
+    math::Rgb,
+    scene::{
+        Scene,
+        camera::Camera,
+        geometry::Geometry,
+        light::Light,
+        material::{Material, MaterialId},
+    },
 };
 use accessor::Accessors;
 use buffer::{Buffers, Hash};
@@ -99,6 +104,12 @@ pub struct Loaded {
 }
 
 impl Loaded {
+    /// Whether anything in the scene emits light.
+    pub fn is_lit(&self) -> bool {
+        let emits = |id: MaterialId| self.materials[id.0 as usize].emission != Rgb::ZERO;
+        !self.lights.is_empty() || self.geometry.with_material(&emits).next().is_some()
+    }
+
     /// The scene seen by `camera`, with `environment` around it: a light of its kind, if it is to have one.
     ///
     /// # Panics
@@ -185,6 +196,8 @@ fn read(bytes: &[u8], folder: &Path, file: &str, wanted: Option<&str>) -> Result
         scene.nodes()?;
         let mut loaded = scene.loaded;
         loaded.summary.binary = chunks.binary;
+        let outshone = light::outshone(&loaded);
+        loaded.warnings.extend(outshone);
         Ok(loaded)
     };
     let mut loaded = assemble().map_err(|fault: Fault| fault.at(file))?;

@@ -181,7 +181,7 @@ fn compare(name: &str, scene: &Scene, kinds: &[IntegratorKind], refined: Refined
 
 /// The shortest path that counts where a lamp on the image is so bright that its edge pixels' noise would be all there is to see.
 /// Lamps seen directly are compared in the other scenes.
-const REFLECTED: u32 = 2;
+pub const REFLECTED: u32 = 2;
 pub const ALL: [IntegratorKind; 3] = [IntegratorKind::Path, IntegratorKind::Hybrid, IntegratorKind::Bdpt];
 
 /// [`compare`] in a scene where no integrator is much slower than the others.

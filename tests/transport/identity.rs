@@ -130,6 +130,7 @@ fn check(scene: &Scene, integrator: Integrator, passes: u32) -> (u64, Vec<String
 /// The longest paths that are checked, in edges.
 const DEPTH: u32 = 7;
 
+/// Every path that every integrator finds, with and without roulette.
 pub fn assert_identity(name: &str, scene: &Scene, passes: u32) {
     for kind in IntegratorKind::ALL {
         for roulette in [Roulette::Off, Roulette::FromDepth(2)] {

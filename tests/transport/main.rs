@@ -8,6 +8,7 @@ mod exactness;
 mod furnace;
 mod identity;
 mod lecture;
+mod lights;
 mod public;
 mod report;
 mod scenes;

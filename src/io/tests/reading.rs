@@ -265,6 +265,40 @@ fn lenses_and_orthographic_films_are_in_metres_of_the_world() {
 }
 
 #[test]
+fn emission_that_lamps_outshine_is_said_to_be() {
+    let document = |emission: [f32; 3], light: Value| {
+        let mut document = triangle();
+        document["materials"] = json!([{ "emissiveFactor": emission }]);
+        document["meshes"][0]["primitives"][0]["material"] = json!(0);
+        document["extensions"] = json!({ "KHR_lights_punctual": { "lights": [light] } });
+        document["nodes"][0]["extensions"] = json!({ "KHR_lights_punctual": { "light": 0 } });
+        load(&document).unwrap().warnings
+    };
+    let said = document([1.0, 1.0, 1.0], json!({ "type": "directional", "intensity": 1000 }));
+    assert_eq!(said.len(), 1, "{said:?}");
+    for part in ["/materials/0", "1.000 nit", "318 nit", "KHR_materials_emissive_strength"] {
+        assert!(said[0].contains(part), "{part}: {said:?}");
+    }
+    // The triangle's bounds have a diagonal of √2: the radius squared is ½.
+    assert_eq!(document([1.0; 3], json!({ "type": "point", "intensity": 160 })).len(), 1);
+    assert_eq!(document([1.0; 3], json!({ "type": "point", "intensity": 150 })).len(), 0);
+    assert_eq!(document([1.0; 3], json!({ "type": "directional", "intensity": 3 })).len(), 0);
+    assert_eq!(document([0.0; 3], json!({ "type": "directional", "intensity": 1000 })).len(), 0);
+}
+
+#[test]
+fn a_scene_is_lit_by_lamps_or_by_surfaces_that_emit() {
+    assert!(!load(&triangle()).unwrap().is_lit());
+    let mut document = with("/materials", json!([{ "emissiveFactor": [0, 0.1, 0] }]));
+    assert!(!load(&document).unwrap().is_lit(), "nothing uses the material");
+    document["meshes"][0]["primitives"][0]["material"] = json!(0);
+    assert!(load(&document).unwrap().is_lit());
+    let mut document = with("/nodes/0/extensions", json!({ "KHR_lights_punctual": { "light": 0 } }));
+    document["extensions"] = json!({ "KHR_lights_punctual": { "lights": [{ "type": "point" }] } });
+    assert!(load(&document).unwrap().is_lit());
+}
+
+#[test]
 fn spheres_scale_with_their_node() {
     let sphere = json!({ "PATHSPACE_sphere": { "radius": 0.5 } });
     let mut document = changed(with("/nodes/0/extensions", sphere), "/nodes/0/scale", json!([-2, -2, -2]));

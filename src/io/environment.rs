@@ -1,0 +1,223 @@
+//! Reading environment maps: equirectangular Radiance (`.hdr`) and OpenEXR (`.exr`) files.
+//!
+//! The first bytes say which of the two a file is, not its name. Colours are taken as linear Rec. 709, radiance in the units of
+//! the scene. [`EnvironmentMap`] states where the map's middle, top and edges are.
+
+use std::{io::Cursor, path::Path};
+
+use exr::prelude::{MetaData, ReadChannels, ReadLayers, read};
+use image::{ImageDecoder, codecs::hdr::HdrDecoder};
+
+use super::{
+    buffer::{self, Hash},
+    error::one_line,
+};
+use crate::{
+    math::Rgb,
+    scene::light::{EnvironmentMap, NotARadiance},
+};
+
+/// A map of more texels is refused before memory is taken: 16384 × 8192, 2 GiB.
+const MAX_TEXELS: u64 = 1 << 27;
+
+/// An environment map as its file holds it.
+#[derive(Clone, Debug)]
+pub struct LoadedEnvironment {
+    /// The map, scaled and turned.
+    pub map: EnvironmentMap,
+    /// SHA-256 of the file, in hexadecimal.
+    pub hash: String,
+    /// What is odd about the file, one sentence each.
+    pub warnings: Vec<String>,
+}
+
+/// Why an environment map could not be read. Its message is one line.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum EnvironmentError {
+    /// The file itself cannot be read.
+    #[error("cannot read {file}: {reason}; check the name and its permissions")]
+    Unreadable {
+        /// The file.
+        file: String,
+        /// What the operating system says.
+        reason: String,
+    },
+    /// The file is of another kind.
+    #[error("{file} is neither a Radiance nor an OpenEXR file; save the environment map as .hdr or .exr")]
+    UnknownFormat {
+        /// The file.
+        file: String,
+    },
+    /// The file is damaged, or of a kind that is not read.
+    #[error("{file}: {what}; save the environment map again as an RGB image")]
+    Damaged {
+        /// The file.
+        file: String,
+        /// What is wrong with it.
+        what: String,
+    },
+    /// More than memory is meant to hold.
+    #[error("{file} has {width} × {height} texels, more than {MAX_TEXELS} in all; scale it down")]
+    TooLarge {
+        /// The file.
+        file: String,
+        /// Columns.
+        width: usize,
+        /// Rows.
+        height: usize,
+    },
+    /// A texel that is not a radiance.
+    #[error(
+        "{file}, column {x}, row {y}: the radiance {value} is not finite, or above 1e30 after scaling; repair that pixel"
+    )]
+    Texel {
+        /// The file.
+        file: String,
+        /// The column, from 0.
+        x: usize,
+        /// The row, from 0 at the top.
+        y: usize,
+        /// What stands there, scaled.
+        value: Rgb,
+    },
+}
+
+/// The pixels of a file, row by row from the top.
+struct Picture {
+    width: usize,
+    texels: Vec<Rgb>,
+}
+
+/// Why a file could not be decoded.
+enum Refusal {
+    Damaged(String),
+    TooLarge(usize, usize),
+}
+
+/// Reads an environment map, multiplies its radiance by `scale` and turns it by `rotation` radians about +y.
+///
+/// # Errors
+/// An [`EnvironmentError`] says in one sentence what keeps the file from being read.
+pub fn load_environment(path: &Path, scale: f32, rotation: f32) -> Result<LoadedEnvironment, EnvironmentError> {
+    let file = one_line(&path.display().to_string());
+    match buffer::file(path) {
+        Ok(bytes) => decode(&bytes, &file, scale, rotation),
+        Err(reason) => Err(EnvironmentError::Unreadable { file, reason }),
+    }
+}
+
+/// The same from memory; `file` is the name in messages.
+pub(super) fn decode(
+    bytes: &[u8],
+    file: &str,
+    scale: f32,
+    rotation: f32,
+) -> Result<LoadedEnvironment, EnvironmentError> {
+    let file = file.to_owned();
+    let mut warnings = Vec::new();
+    let decoded = if bytes.starts_with(b"#?") {
+        radiance(bytes, &mut warnings)
+    } else if bytes.starts_with(&[0x76, 0x2f, 0x31, 0x01]) {
+        openexr(bytes)
+    } else {
+        return Err(EnvironmentError::UnknownFormat { file });
+    };
+    let mut picture = match decoded {
+        Ok(picture) => picture,
+        Err(Refusal::Damaged(what)) => return Err(EnvironmentError::Damaged { file, what: one_line(&what) }),
+        Err(Refusal::TooLarge(width, height)) => return Err(EnvironmentError::TooLarge { file, width, height }),
+    };
+    let (width, height) = (picture.width, picture.texels.len() / picture.width);
+    if width != 2 * height {
+        warnings.push(format!(
+            "the environment map is {width} × {height}, not twice as wide as high: it is stretched over the whole sphere"
+        ));
+    }
+    warnings.extend(without_negatives(&mut picture));
+    picture.texels.iter_mut().for_each(|texel| *texel *= scale);
+    let map = EnvironmentMap::new(width, picture.texels, rotation)
+        .map_err(|NotARadiance { x, y, value }| EnvironmentError::Texel { file, x, y, value })?;
+    let mut hash = Hash::new();
+    hash.add(bytes);
+    Ok(LoadedEnvironment { map, hash: hash.hex(), warnings })
+}
+
+/// Sharpening filters leave channels a little below zero; they count as zero, and a sentence says so.
+fn without_negatives(picture: &mut Picture) -> Option<String> {
+    let negative = |texel: &Rgb| texel.to_array().iter().any(|c| *c < 0.0 && c.is_finite());
+    let first = picture.texels.iter().position(negative)?;
+    let (x, y) = (first % picture.width, first / picture.width);
+    let value = picture.texels[first];
+    let mut count = 0;
+    for texel in picture.texels.iter_mut().filter(|texel| negative(texel)) {
+        count += 1;
+        *texel = texel.map(|c| if c < 0.0 && c.is_finite() { 0.0 } else { c });
+    }
+    Some(format!(
+        "{count} pixels of the environment map have negative channels, which count as zero (the first is {value} in column \
+         {x}, row {y})"
+    ))
+}
+
+fn radiance(bytes: &[u8], warnings: &mut Vec<String>) -> Result<Picture, Refusal> {
+    let damaged =
+        |error: image::ImageError| Refusal::Damaged(format!("its Radiance picture cannot be decoded ({error})"));
+    // Strictness would insist on one of the signatures in use.
+    let decoder = HdrDecoder::new_nonstrict(Cursor::new(bytes)).map_err(damaged)?;
+    let meta = decoder.metadata();
+    let (width, height) = check_size(meta.width as usize, meta.height as usize)?;
+    if let Some(exposure) = meta.exposure.filter(|e| *e != 1.0) {
+        warnings.push(format!(
+            "the environment map states an exposure of {exposure}, which is not undone (--env-scale {} would)",
+            exposure.recip()
+        ));
+    }
+    let mut raw = vec![0; width * height * size_of::<[f32; 3]>()];
+    decoder.read_image(&mut raw).map_err(damaged)?;
+    let channel = |bytes: &[u8]| f32::from_ne_bytes([bytes[0], bytes[1], bytes[2], bytes[3]]);
+    let texels = raw.chunks_exact(12).map(|t| Rgb::new(channel(t), channel(&t[4..]), channel(&t[8..]))).collect();
+    Ok(Picture { width, texels })
+}
+
+fn openexr(bytes: &[u8]) -> Result<Picture, Refusal> {
+    let damaged = |error: exr::error::Error| Refusal::Damaged(format!("its OpenEXR image cannot be decoded ({error})"));
+    let meta = MetaData::read_from_buffered(Cursor::new(bytes), false).map_err(damaged)?;
+    let wanted =
+        |name: &str| meta.headers.iter().any(|h| h.channels.list.iter().any(|c| c.name.eq_case_insensitive(name)));
+    if !["R", "G", "B"].into_iter().all(wanted) {
+        return Err(Refusal::Damaged("it has no channels R, G and B".to_owned()));
+    }
+    for header in &meta.headers {
+        check_size(header.layer_size.x(), header.layer_size.y())?;
+        let display = header.shared_attributes.display_window;
+        if display.size != header.layer_size || display.position != header.own_attributes.layer_position {
+            return Err(Refusal::Damaged(
+                "it is a part of a larger image, its data and display windows differ".to_owned(),
+            ));
+        }
+    }
+    let create = |size: exr::math::Vec2<usize>, _: &_| Picture {
+        width: size.width(),
+        texels: vec![Rgb::ZERO; size.width() * size.height()],
+    };
+    let set = |picture: &mut Picture, at: exr::math::Vec2<usize>, (r, g, b): (f32, f32, f32)| {
+        picture.texels[at.y() * picture.width + at.x()] = Rgb::new(r, g, b);
+    };
+    let image = read()
+        .no_deep_data()
+        .largest_resolution_level()
+        .rgb_channels(create, set)
+        .first_valid_layer()
+        .all_attributes()
+        .from_buffered(Cursor::new(bytes))
+        .map_err(damaged)?;
+    Ok(image.layer_data.channel_data.pixels)
+}
+
+fn check_size(width: usize, height: usize) -> Result<(usize, usize), Refusal> {
+    match (width as u64).checked_mul(height as u64) {
+        Some(0) => Err(Refusal::Damaged("it has no pixels".to_owned())),
+        Some(texels) if texels <= MAX_TEXELS => Ok((width, height)),
+        _ => Err(Refusal::TooLarge(width, height)),
+    }
+}

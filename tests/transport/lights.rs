@@ -1,0 +1,255 @@
+//! Every kind of light, alone against closed forms and all at once between integrators.
+
+use std::{f32::consts::FRAC_PI_2, sync::Arc};
+
+use glam::{DVec3, Mat3, Vec3};
+use pathspace::{
+    integrator::IntegratorKind,
+    math::Rgb,
+    path::Densities,
+    render::{Renderer, Settings},
+    sampling::Filter,
+    scene::{
+        Scene,
+        bsdf::{Bsdf, MetallicRoughness},
+        camera::{Camera, Sensor},
+        geometry::Geometry,
+        light::{EnvironmentMap, Light, Spot},
+        material::{Material, MaterialId},
+    },
+};
+
+use crate::{
+    agreement, identity, scenes,
+    statistics::{Comparison, Estimate, Regions, regions},
+};
+
+/// The integrators that cover every kind of light where nothing is specular.
+const KINDS: [IntegratorKind; 4] =
+    [IntegratorKind::Path, IntegratorKind::Light, IntegratorKind::Hybrid, IntegratorKind::Bdpt];
+
+/// A bright patch in a sky that is blue above and brown below, turned by `rotation` about +y.
+fn sky(rotation: f32) -> Light {
+    let (width, height) = (16, 8);
+    let texel = |i: usize| {
+        let (x, y) = (i % width, i / width);
+        let base = if y < 4 { Rgb::new(0.2, 0.3, 0.5) } else { Rgb::new(0.15, 0.1, 0.05) };
+        // A hole in the sky, too: black texels have density zero.
+        let hole = if (11..13).contains(&x) && y == 3 { 0.0 } else { 1.0 };
+        base * hole + if (4..6).contains(&x) && y == 2 { Rgb::new(3.0, 2.5, 1.5) } else { Rgb::ZERO }
+    };
+    let map = EnvironmentMap::new(width, (0..width * height).map(texel).collect(), rotation).unwrap();
+    Light::EnvironmentMap(Arc::new(map))
+}
+
+/// A terrace under a lamp of finite size, a point, a spot, a sun and a sky, all turned by `turn` radians about +y.
+fn terrace(turn: f32, sensor: Sensor) -> Scene {
+    let turned = Mat3::from_rotation_y(turn);
+    let v = |x: f32, y: f32, z: f32| turned * Vec3::new(x, y, z);
+    let varnished = Bsdf::MetallicRoughness(MetallicRoughness {
+        base_color: Rgb::new(0.6, 0.3, 0.2),
+        metallic: 0.0,
+        alpha: 0.36,
+        dielectric_f0: Rgb::splat(0.04),
+        dielectric_f90: 1.0,
+    });
+    let materials = vec![
+        Material::diffuse("floor", Rgb::new(0.6, 0.55, 0.5)),
+        Material::diffuse("lamp", Rgb::splat(0.2)).emitting(Rgb::new(3.0, 2.5, 2.0)),
+        Material::new("varnished", varnished),
+    ];
+    let mut g = Geometry::default();
+    scenes::quad(&mut g, [v(-2., 0., -2.), v(-2., 0., 2.), v(2., 0., 2.), v(2., 0., -2.)], 0);
+    scenes::quad(&mut g, [v(-2., 0., -2.), v(2., 0., -2.), v(2., 1.5, -2.), v(-2., 1.5, -2.)], 0);
+    scenes::quad(&mut g, [v(0.4, 1.8, -0.6), v(1.4, 1.8, -0.6), v(1.4, 1.8, 0.4), v(0.4, 1.8, 0.4)], 1);
+    g.add_sphere(v(-0.6, 0.5, -0.3), 0.5, MaterialId(2));
+    let lights = [
+        Light::Point { position: v(-1.2, 1.6, 0.8), intensity: Rgb::new(1.0, 1.2, 1.5) },
+        Light::Spot(Spot::new(v(1.0, 2.5, 1.5), v(-0.48, -0.8, -0.36), Rgb::new(9.0, 7.0, 5.0), 0.2, 0.5)),
+        Light::Directional { towards: v(-0.48, 0.8, 0.36), irradiance: Rgb::splat(1.0) },
+        sky(turn),
+    ];
+    let camera = Camera::look_at(v(0.3, 1.6, 3.6), v(0.0, 0.6, -0.4), Vec3::Y, 0.85, sensor);
+    Scene::new(g, materials, &lights, camera)
+}
+
+#[test]
+fn of_every_kind_at_once_are_the_definition() {
+    identity::assert_identity("terrace", &terrace(0.0, scenes::square(32, Filter::BlackmanHarris)), 3);
+}
+
+#[test]
+fn of_every_kind_at_once_agree_between_integrators() {
+    agreement::agreement(
+        "terrace",
+        &terrace(0.0, scenes::square(24, Filter::Box)),
+        &agreement::ALL,
+        agreement::REFLECTED,
+    );
+}
+
+/// The mean image over seeds, from paths of the lengths that `keep` says.
+fn estimate(
+    scene: &Scene,
+    integrator: IntegratorKind,
+    spp: u32,
+    seeds: u64,
+    edges: std::ops::RangeInclusive<u32>,
+) -> Estimate {
+    let replicate = |seed| -> Regions {
+        let settings = Settings { integrator, seed, max_depth: *edges.end(), ..Settings::new(scene.camera.sensor()) };
+        let mut renderer = Renderer::new(scene, &settings);
+        (0..spp).for_each(|_| renderer.pass_where(&|path| edges.contains(&path.edges())));
+        assert!(renderer.statistics().rejected.is_empty() && renderer.film().errors().is_empty());
+        regions(&renderer.film().image(spp))
+    };
+    Estimate::new(&(0..seeds).map(|r| replicate(500 + r)).collect::<Vec<_>>())
+}
+
+/// Of light tracing's paths most miss the image, and none costs much.
+fn samples(integrator: IntegratorKind, spp: u32) -> u32 {
+    if integrator == IntegratorKind::Light { 4 * spp } else { spp }
+}
+
+#[test]
+fn turning_the_scene_and_its_sky_together_changes_nothing() {
+    let sensor = scenes::square(24, Filter::Box);
+    let straight = estimate(&terrace(0.0, sensor), IntegratorKind::Bdpt, 48, 16, 1..=4);
+    let turned = estimate(&terrace(2.0, sensor), IntegratorKind::Bdpt, 48, 16, 1..=4);
+    let comparison = Comparison::new(&straight, &turned);
+    println!("turned: {comparison}");
+    assert!(!comparison.differs() && comparison.visible_bias < 0.02, "{comparison}");
+}
+
+/// Half the side of the square of floor that the image of [`floor`] covers.
+const HALF: f64 = 1.0;
+
+/// A white floor around the origin, seen from straight above: the image covers |x|, |z| < [`HALF`].
+fn floor(albedo: f32, light: Light) -> Scene {
+    let mut g = Geometry::default();
+    let v = Vec3::new;
+    scenes::quad(&mut g, [v(-1.5, 0., -1.5), v(-1.5, 0., 1.5), v(1.5, 0., 1.5), v(1.5, 0., -1.5)], 0);
+    let view = 2.0 * (HALF as f32 / 5.0).atan();
+    let camera = Camera::look_at(v(0., 5., 0.), Vec3::ZERO, Vec3::Z, view, scenes::square(8, Filter::Box));
+    Scene::new(g, vec![Material::diffuse("floor", Rgb::splat(albedo))], &[light], camera)
+}
+
+/// L = a E/π on the floor, with the mean of its irradiance E(x, z) over the image, for paths of two edges and every integrator.
+#[track_caller]
+fn assert_irradiance(what: &str, light: Light, irradiance: impl Fn(f64, f64) -> f64) {
+    const SIDE: i32 = 200;
+    let place = |i: i32| HALF * (2.0 * f64::from(i) + 1.0 - f64::from(SIDE)) / f64::from(SIDE);
+    let places = (0..SIDE).flat_map(|i| (0..SIDE).map(move |j| (place(i), place(j))));
+    let mean = places.map(|(x, z)| irradiance(x, z)).sum::<f64>() / f64::from(SIDE * SIDE);
+    let albedo = 0.8;
+    let scene = floor(albedo, light);
+    let expected = f64::from(albedo) * mean / std::f64::consts::PI;
+    for kind in KINDS {
+        let found = estimate(&scene, kind, samples(kind, 256), 8, 2..=2);
+        let off = found.image_mean() / expected - 1.0;
+        println!("{what}, {kind}: off by {:.3} %", 100.0 * off);
+        assert!(off.abs() < 0.015, "{what}, {kind}: {} instead of {expected}", found.image_mean());
+    }
+}
+
+#[test]
+fn a_spot_lights_a_plane_as_its_falloff_says() {
+    let (inner, outer) = (0.2_f32, 0.8_f32);
+    let (at, axis) = (Vec3::new(-0.4, 2.0, 0.0), Vec3::new(0.28, -0.96, 0.0));
+    let spot = Spot::new(at, axis, Rgb::splat(6.0), inner, outer);
+    let (ci, co) = (f64::from(inner).cos(), f64::from(outer).cos());
+    // E = I a² cos θ/d².
+    assert_irradiance("spot", Light::Spot(spot), |x, z| {
+        let to = DVec3::new(x, 0.0, z) - at.as_dvec3();
+        let d = to.length();
+        let a = ((to.dot(axis.as_dvec3()) / d - co) / (ci - co)).clamp(0.0, 1.0);
+        6.0 * a * a * 2.0 / d.powi(3)
+    });
+}
+
+#[test]
+fn a_sun_lights_a_plane_by_its_cosine() {
+    let sun = Light::Directional { towards: Vec3::new(0.48, 0.6, 0.64), irradiance: Rgb::splat(3.0) };
+    assert_irradiance("sun", sun, |_, _| 3.0 * 0.6);
+}
+
+#[test]
+fn skies_light_a_plane_by_their_integral() {
+    let sky = Rgb::splat(1.5);
+    let constant = std::f64::consts::PI * 1.5;
+    assert_irradiance("constant environment", Light::Environment { radiance: sky }, |_, _| constant);
+    let map = |texels| Light::EnvironmentMap(Arc::new(EnvironmentMap::new(8, texels, 0.4).unwrap()));
+    assert_irradiance("constant map", map(vec![sky; 32]), |_, _| constant);
+    // L = cos θ above the horizon is linear between the rows of centres, so that E = ∫cos² θ dω = 2π/3.
+    let height = 64;
+    let row = |y: usize| (std::f64::consts::PI * (y as f64 + 0.5) / height as f64).cos().max(0.0);
+    let texels = (0..8 * height).map(|i| Rgb::splat(row(i / 8) as f32)).collect();
+    assert_irradiance("cosine map", map(texels), |_, _| 2.0 * std::f64::consts::PI / 3.0);
+}
+
+/// A grey sphere in a constant environment reflects its albedo's part of it, and nothing else.
+#[test]
+fn a_convex_body_in_a_constant_sky_is_a_furnace() {
+    let radiance = Rgb::splat(1.5);
+    let map = EnvironmentMap::new(4, vec![radiance; 8], 0.0).unwrap();
+    for (name, light) in
+        [("environment", Light::Environment { radiance }), ("map", Light::EnvironmentMap(Arc::new(map)))]
+    {
+        let mut g = Geometry::default();
+        g.add_sphere(Vec3::ZERO, 1.0, MaterialId(0));
+        let sensor = scenes::square(16, Filter::Box);
+        let camera = Camera::look_at(Vec3::new(0.0, 0.0, 1.5), Vec3::ZERO, Vec3::Y, 1.0, sensor);
+        let scene = Scene::new(g, vec![Material::diffuse("grey", Rgb::splat(0.6))], &[light], camera);
+        for kind in KINDS {
+            let found = estimate(&scene, kind, samples(kind, 64), 12, 1..=5);
+            let (off, p) = (found.image_mean() / 0.9 - 1.0, found.p_of_mean(0.9));
+            println!("{name}, {kind}: off by {:.3} %, p = {p:.1e}", 100.0 * off);
+            // Few light paths reach the part of the sphere that is seen.
+            let limit = if kind == IntegratorKind::Light { 0.04 } else { 0.005 };
+            assert!(off.abs() < limit && p > 1e-4, "{name}, {kind}: {}", found.image_mean());
+        }
+    }
+}
+
+/// Design trap 8: an environment with nothing in it is seen, at every pixel, by every integrator.
+#[test]
+fn an_environment_without_a_scene_is_seen() {
+    let sensor = scenes::square(16, Filter::Box);
+    let camera = |forward: Vec3| {
+        Camera::look_at(Vec3::new(5.0, 1.0, 2.0), Vec3::new(5.0, 1.0, 2.0) + forward, Vec3::Y, 1.0, sensor)
+    };
+    let scene = |light, forward| Scene::new(Geometry::default(), Vec::new(), &[light], camera(forward));
+    for kind in KINDS {
+        let constant = scene(Light::Environment { radiance: Rgb::splat(0.75) }, Vec3::NEG_Z);
+        let found = estimate(&constant, kind, 64, 12, 1..=3);
+        println!("nothing but light, {kind}: {:.4}", found.image_mean());
+        assert!(found.p_of_mean(0.75) > 1e-4 && (found.image_mean() / 0.75 - 1.0).abs() < 0.02, "{kind}");
+    }
+    // With a map: what path tracing sees is what the map holds there, and the others agree.
+    let view = || scene(sky(0.3), Vec3::new(0.2, 0.3, -1.0));
+    let path = estimate(&view(), IntegratorKind::Path, 128, 12, 1..=2);
+    for kind in [IntegratorKind::Light, IntegratorKind::Hybrid, IntegratorKind::Bdpt] {
+        let comparison = Comparison::new(&path, &estimate(&view(), kind, 128, 12, 1..=2));
+        println!("sky, {kind}: {comparison}");
+        assert!(!comparison.differs() && comparison.visible_bias < 0.02, "{kind}: {comparison}");
+    }
+}
+
+/// The middle of the picture of a map's texel, by a camera that looks where the convention says it is.
+#[test]
+fn a_gltf_camera_looks_at_the_maps_first_quarter() {
+    let (width, height) = (16, 8);
+    let mut texels = vec![Rgb::ZERO; width * height];
+    // u = ¼ lies between the columns 3 and 4, the horizon between the rows 3 and 4.
+    for (x, y) in [(3, 3), (4, 3), (3, 4), (4, 4)] {
+        texels[y * width + x] = Rgb::ONE;
+    }
+    for (rotation, forward) in [(0.0, Vec3::NEG_Z), (FRAC_PI_2, Vec3::NEG_X), (-FRAC_PI_2, Vec3::X)] {
+        let map = EnvironmentMap::new(width, texels.clone(), rotation).unwrap();
+        let camera = Camera::look_at(Vec3::ZERO, forward, Vec3::Y, 0.2, scenes::square(4, Filter::Box));
+        let light = Light::EnvironmentMap(Arc::new(map));
+        let found =
+            estimate(&Scene::new(Geometry::default(), Vec::new(), &[light], camera), IntegratorKind::Path, 4, 4, 1..=1);
+        assert!(found.image_mean() > 0.99, "{rotation}: {}", found.image_mean());
+    }
+}
