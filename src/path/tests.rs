@@ -134,6 +134,54 @@ fn an_environment_is_hit_sampled_and_seen() {
 }
 
 #[test]
+fn an_orthographic_camera_is_a_sun_at_the_other_end() {
+    let mut scene = floor_under(Light::Environment { radiance: Rgb::splat(2.0) });
+    scene.camera = Camera::orthographic(Vec3::new(0.0, 3.0, 4.0), Vec3::ZERO, Vec3::Y, 2.0, SENSOR);
+    let film = CAMERA * 0.2 * 0.2;
+    let sky = Vertex::new(scene.lights().environment_at(Vec3::new(0.0, 0.6, 0.8)).unwrap());
+    let path = Path::new(&scene, vec![lens(&scene), seen(&scene), sky]);
+    // G is V |cos θ_1| without d², and so is the density of p_1.
+    assert_close(path.geometry_term(0), 0.6);
+    assert_close(pdf(&path, 1, 2), 0.6 / film / (4.0 * PI));
+    assert_close(path.contribution().x / pdf(&path, 0, 3), CAMERA * ALBEDO * 2.0);
+    // p_0 follows from p_1: nothing but the light's densities is left of (2,1).
+    let r2 = 50.0 * 1.001_f64.powi(2);
+    assert_close(pdf(&path, 2, 1), 1.0 / (4.0 * PI) * 0.6 / (PI * r2));
+    // Two ends that are directions alone: the camera's ray finds the sky, and the sky's finds no camera.
+    let forward = scene.camera.direction(&scene.camera.lens_point(), Raster(Vec2::ZERO));
+    let direct = vec![lens(&scene), Vertex::new(scene.lights().environment_at(forward).unwrap())];
+    let direct = Path::new(&scene, direct);
+    assert_close(direct.contribution().x / pdf(&direct, 0, 2), CAMERA * 2.0);
+    assert_eq!(pdf(&direct, 1, 1), 0.0);
+}
+
+#[test]
+fn a_lens_adds_its_area_to_every_density_and_to_the_importance() {
+    let light = Light::Point { position: Vec3::new(1.0, 2.0, 2.0), intensity: Rgb::splat(7.0) };
+    let mut scene = floor_under(light);
+    let vertices = |scene: &Scene| vec![lens(scene), seen(scene), sampled(scene, true)];
+    let pinhole = scene.clone();
+    let pinhole = Path::new(&pinhole, vertices(&pinhole));
+    scene.camera = scene.camera.with_lens(0.2, 5.0);
+    // The middle of the lens sees what the pinhole sees.
+    let path = Path::new(&scene, vertices(&scene));
+    let area = PI * 0.1 * 0.1;
+    for (s, t) in [(1, 2), (2, 1)] {
+        assert_close(pdf(&path, s, t), pdf(&pinhole, s, t) / area);
+    }
+    assert_close(path.contribution().x, pinhole.contribution().x / area);
+    // From the rim, the floor's middle still is in the image's: it lies in the focus plane, at the distance 5.
+    let rim = scene.camera.sample_lens_towards(&seen(&scene).point, Vec2::new(0.999_999, 0.5)).unwrap();
+    let offset = rim.position.distance(scene.camera.lens_point().position);
+    let path = Path::new(&scene, vec![Vertex::new(rim), seen(&scene), sampled(&scene, true)]);
+    let cos = 5.0 / f64::from(25.0 + offset * offset).sqrt();
+    // W_e = 1/(A_px A_lens cos⁴ θ) and G(p_0, p_1) with d = 5/cos θ, over 1/A_lens and p_1's density.
+    let pixel2 = CAMERA / f64::from(22 * 12) * f64::from(2.0 * 0.4_f32.tan() / 10.0).powi(2);
+    let we = path.contribution() / (path.geometry_term(0) * path.throughput() * 7.0);
+    assert_close(we.x, 1.0 / (pixel2 * area * cos.powi(4)));
+}
+
+#[test]
 fn coverage_enters_v_f_le_and_the_densities_of_walks() {
     let scene = floor_under(Light::Environment { radiance: Rgb::splat(2.0) });
     let sky = Vertex::new(scene.lights().environment_at(Vec3::new(0.0, 0.6, 0.8)).unwrap());
