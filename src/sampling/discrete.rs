@@ -44,6 +44,17 @@ impl Discrete {
         (i, self.probability[i])
     }
 
+    /// The index that `u` selects, and where in the index's share `u` lies: a uniform number in [0, 1) again.
+    ///
+    /// # Panics
+    /// If the distribution is empty.
+    #[inline]
+    pub fn sample_rest(&self, u: f32) -> (usize, f32) {
+        let (i, p) = self.sample(u);
+        let rest = (f64::from(u) - self.cumulative[i]) / f64::from(p);
+        (i, (rest as f32).clamp(0.0, 1.0_f32.next_down()))
+    }
+
     /// The probability of index `i`.
     #[inline]
     pub fn probability(&self, i: usize) -> f32 {

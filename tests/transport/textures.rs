@@ -188,18 +188,18 @@ fn agreement_under_a_textured_emitter() {
 fn a_textured_emitter_lights_a_point_as_its_texels_say() {
     let scene = textured_emitter(scenes::square(16, Filter::Box));
     let at = scene.trace_ray(v(0.2, 0.1, 0.1), -Vec3::Y, PrimitiveId::NONE).expect("the plane lies below");
-    // By next-event samples, over the stratified unit square; the light is chosen by the third number.
-    let (side, mut sampled) = (256_u32, Vec3::ZERO);
-    for i in 0..side * side {
-        let golden = (f64::from(i) * 0.618_033_988_749_895).fract() as f32;
-        let u = Vec3::new((i % side) as f32 + 0.5, (i / side) as f32 + 0.5, golden * side as f32) / side as f32;
+    // Next-event samples of all lights, those of the lamp counted; the numbers are Roberts's R3 sequence.
+    let (count, mut sampled) = (1_u32 << 18, Vec3::ZERO);
+    for i in 0..count {
+        let fract = |alpha: f64| (0.5 + f64::from(i) * alpha).fract() as f32;
+        let u = Vec3::new(fract(0.819_172_513_396_164_4), fract(0.671_043_606_703_789_2), fract(0.549_700_477_901_97));
         let (p, pdf) = scene.sample_next_event(&at, u).expect("there are lights");
         let edge = pathspace::path::Edge::between(&at, &p);
         if at.normal.dot(edge.direction) > 0.0 && p.primitive != PrimitiveId::NONE {
             sampled += scene.le(&p, -edge.direction) * edge.geometry_factor() / pdf.0;
         }
     }
-    sampled /= (side * side) as f32;
+    sampled /= count as f32;
     let lamp = [v(-0.8, 0.6, -0.8), v(0.8, 0.6, -0.8), v(0.8, 0.7, 0.8), v(-0.8, 0.7, 0.8)];
     let texture = scene.materials()[1].maps.as_ref().and_then(|maps| maps.emission.clone()).expect("a textured lamp");
     let (n, mut expected) = (400_u32, Vec3::ZERO);
@@ -214,5 +214,26 @@ fn a_textured_emitter_lights_a_point_as_its_texels_say() {
     }
     let off = ((sampled - expected) / expected).abs().max_element();
     println!("sampled {sampled}, expected {expected}");
-    assert!(off < 0.01, "sampled {sampled}, expected {expected}");
+    assert!(off < 0.004, "sampled {sampled}, expected {expected}");
+}
+
+/// With the lamp as the only light, its density over its area, choice included, is a density.
+#[test]
+fn the_density_over_a_textured_emitter_integrates_to_one() {
+    let scene = textured_room(scenes::square(16, Filter::Box));
+    let (side, mut integral) = (512_u32, 0.0);
+    let mut densities = (f32::INFINITY, 0.0_f32);
+    for (_, primitive) in scene.lights().area_lights() {
+        let area = f64::from(scene.geometry().area(primitive));
+        for i in 0..side * side {
+            let u = Vec2::new((i % side) as f32 + 0.5, (i / side) as f32 + 0.5) / side as f32;
+            let point = scene.point_on(primitive, u);
+            let pdf = scene.lights().pdf_position(&point).0;
+            densities = (densities.0.min(pdf), densities.1.max(pdf));
+            assert!(pdf > 0.0, "at {u}");
+            integral += f64::from(pdf) * area / f64::from(side * side);
+        }
+    }
+    assert!((integral - 1.0).abs() < 1e-3, "{integral}");
+    assert!(densities.1 > 10.0 * densities.0, "bright fields are sampled more: {densities:?}");
 }

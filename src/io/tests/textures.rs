@@ -2,13 +2,13 @@
 
 use std::io::Cursor;
 
-use glam::{Vec2, Vec3, Vec4};
+use glam::{DMat4, DQuat, DVec3, Vec2, Vec3, Vec4};
 use image::{DynamicImage, GrayAlphaImage, GrayImage, ImageFormat, RgbImage, RgbaImage};
 
 use super::*;
 use crate::scene::{
-    geometry::PrimitiveId,
-    material::{Material, VertexColors},
+    geometry::{Attributes, Geometry, Mesh, Placement, PrimitiveId},
+    material::{Material, MaterialId, VertexColors},
     texture::{Encoding, Filter, Texture, Wrap},
 };
 
@@ -199,6 +199,43 @@ fn tangents_are_made_where_the_file_has_none() {
     let zero = 2.0 * 128.0 / 255.0 - 1.0;
     let expected = Vec3::new(0.5, -0.5 * zero, zero).normalize();
     assert!((n - expected).length() < 1e-5, "{n} for {expected}");
+}
+
+#[test]
+fn an_instance_has_the_axes_of_its_copy() {
+    let (positions, normals) =
+        ([Vec3::ZERO, Vec3::X, Vec3::new(0.2, 1.0, 0.1)], [Vec3::new(0.1, 0.2, 1.0).normalize(); 3]);
+    let tangents = vec![Vec4::new(0.6, 0.8, 0.0, -1.0), Vec4::new(0.8, 0.6, 0.0, -1.0), Vec4::new(1.0, 0.0, 0.0, -1.0)];
+    let attributes = Attributes { tangents: tangents.clone(), ..Attributes::default() };
+    for scale in [DVec3::new(1.0, 2.0, 0.5), DVec3::new(-1.0, 2.0, 0.5)] {
+        let m = DMat4::from_scale_rotation_translation(scale, DQuat::from_rotation_x(0.4), DVec3::X);
+        let to_world = placed(m).to_world;
+        let mut instanced = Geometry::default();
+        let mut mesh = Mesh::default();
+        mesh.add_triangles_with(&positions, Some(&normals), &attributes, &[[0, 1, 2]], MaterialId(0));
+        let mesh = instanced.add_mesh(mesh);
+        instanced.add_instance(mesh, Placement::new(to_world).unwrap());
+        let part = mesh::Part {
+            positions: positions.to_vec(),
+            normals: Some(normals.to_vec()),
+            attributes: attributes.clone(),
+            triangles: vec![[0, 1, 2]],
+            influences: Default::default(),
+            material: 0,
+        };
+        let world = mesh::place(&part, &placed(m)).unwrap();
+        let mut copied = Geometry::default();
+        let normals = world.normals.as_deref();
+        copied.add_triangles_with(&world.positions, normals, &world.attributes, &world.triangles, MaterialId(0));
+        // A mirror exchanges the last two corners of the copy.
+        let b = Vec2::new(0.2, 0.5);
+        let frame = |g: &Geometry, id, b| g.tangent_frame(id, &g.surface_at(id, b).unwrap()).unwrap();
+        let one = frame(&instanced, PrimitiveId::of(0, 0), b);
+        let other = frame(&copied, PrimitiveId::world(0), if scale.x < 0.0 { Vec2::new(b.y, b.x) } else { b });
+        for (x, y) in [(one.tangent, other.tangent), (one.bitangent, other.bitangent), (one.normal, other.normal)] {
+            assert!((x - y).length() < 1e-5, "{one:?}, {other:?}");
+        }
+    }
 }
 
 #[test]

@@ -88,7 +88,7 @@ impl PrimitiveId {
 }
 
 /// Names a mesh that is kept once for all of its instances.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct MeshId(pub u32);
 
 /// Where a ray meets a primitive.

@@ -5,6 +5,7 @@
 //! and is conditional on p_{n-1}. Multiple importance sampling needs to know which is which.
 
 mod choice;
+mod emission;
 mod environment;
 mod spot;
 
@@ -12,19 +13,21 @@ mod spot;
 mod tests;
 
 use std::{
+    collections::HashMap,
     f32::consts::{FRAC_1_PI, PI},
     sync::Arc,
 };
 
 use glam::{Vec2, Vec3};
 
-use self::choice::Kind;
+use self::{choice::Kind, emission::Detail};
 pub use self::{
+    emission::EmissionMap,
     environment::{EnvironmentMap, NotARadiance},
     spot::Spot,
 };
 use super::{
-    geometry::{Geometry, PrimitiveId},
+    geometry::{Geometry, MeshId, PrimitiveId},
     material::{EmissionSides, Material, MaterialId},
     point::{Place, Point},
 };
@@ -45,12 +48,14 @@ pub enum Light {
     Area {
         /// The primitive.
         primitive: PrimitiveId,
-        /// L_e, before its texture.
+        /// L_e; of a textured primitive its mean.
         radiance: Rgb,
         /// Which sides emit, with respect to N_g.
         sides: EmissionSides,
         /// The primitive's area, m².
         area: f32,
+        /// Where on it how much is emitted; `None` if it is the same everywhere. Instances of a mesh share it.
+        map: Option<Arc<EmissionMap>>,
     },
     /// An isotropic point light. Never seen directly.
     Point {
@@ -110,15 +115,13 @@ impl Lights {
     /// If `others` holds more than one environment.
     pub fn new(geometry: &Geometry, materials: &[Material], others: &[Light]) -> Self {
         let emits = |id: MaterialId| materials[id.0 as usize].emission != Rgb::ZERO;
-        let emitters = geometry.with_material(&emits).map(|primitive| {
-            let material = &materials[geometry.material(primitive).0 as usize];
-            Light::Area {
-                primitive,
-                radiance: material.emission,
-                sides: material.emission_sides,
-                area: geometry.area(primitive),
-            }
-        });
+        let textured =
+            |id: MaterialId| emits(id) && materials[id.0 as usize].maps.as_ref().is_some_and(|m| m.vary_emission());
+        let detail = Detail::among(geometry.with_material(&textured).count());
+        let mut maps = HashMap::new();
+        let emitters = geometry
+            .with_material(&emits)
+            .filter_map(|primitive| emitter(geometry, materials, primitive, detail, &mut maps));
         let lights: Vec<_> = emitters.chain(others.iter().cloned()).collect();
         let mut environments =
             (0..).map(LightId).zip(&lights).filter(|(_, l)| l.kind() == Kind::Environment).map(|(i, _)| i);
@@ -179,6 +182,7 @@ impl Lights {
         self.lights
             .iter()
             .map(|l| match l {
+                Light::Area { map: Some(map), .. } => map.peak(),
                 Light::Area { radiance, .. } | Light::Environment { radiance } => radiance.max_element(),
                 Light::Point { intensity, .. } => intensity.max_element() * FRAC_1_PI / (near * near),
                 Light::Spot(spot) => spot.intensity().max_element() * FRAC_1_PI / (near * near),
@@ -247,7 +251,8 @@ impl Lights {
         let Some(id) = point.light else { return PdfArea::ZERO };
         let choice = self.choice.probability(id.0 as usize);
         PdfArea(match self.get(id) {
-            Light::Area { area, .. } => choice / area,
+            Light::Area { area, map: None, .. } => choice / area,
+            Light::Area { area, map: Some(map), .. } => choice / area * map.density(point.barycentric),
             Light::Point { .. } | Light::Spot(_) | Light::Directional { .. } => choice,
             Light::Environment { .. } => choice * (0.25 * FRAC_1_PI),
             Light::EnvironmentMap(map) => choice * map.pdf(point.position).0,
@@ -319,8 +324,10 @@ impl Lights {
     #[inline]
     fn sample_position(&self, geometry: &Geometry, materials: &[Material], id: LightId, u: Vec2) -> Point {
         match self.get(id) {
-            Light::Area { primitive, .. } => {
-                Point::on_surface(geometry, materials, *primitive, &geometry.sample(*primitive, u), Some(id))
+            Light::Area { primitive, map, .. } => {
+                let textured = map.as_ref().and_then(|map| geometry.surface_at(*primitive, map.sample(u)));
+                let surface = textured.unwrap_or_else(|| geometry.sample(*primitive, u));
+                Point::on_surface(geometry, materials, *primitive, &surface, Some(id))
             }
             Light::Point { position, .. } => without_extent(*position, id),
             Light::Spot(spot) => without_extent(spot.position(), id),
@@ -341,6 +348,38 @@ impl Light {
             Self::Environment { .. } | Self::EnvironmentMap(_) => Kind::Environment,
         }
     }
+}
+
+/// The maps that instances share, by mesh and triangle; `None` where a triangle is black.
+type SharedMaps = HashMap<(MeshId, u32), Option<Arc<EmissionMap>>>;
+
+/// The light that a primitive of an emissive material is; `None` if its texture is black all over.
+///
+/// Whether it is one depends on its mesh alone, not on where an instance puts it.
+fn emitter(
+    geometry: &Geometry,
+    materials: &[Material],
+    primitive: PrimitiveId,
+    detail: Detail,
+    shared: &mut SharedMaps,
+) -> Option<Light> {
+    let material = &materials[geometry.material(primitive).0 as usize];
+    let area = Light::Area {
+        primitive,
+        radiance: material.emission,
+        sides: material.emission_sides,
+        area: geometry.area(primitive),
+        map: None,
+    };
+    let Some(maps) = material.maps.as_ref().filter(|maps| maps.vary_emission()) else { return Some(area) };
+    let new = || EmissionMap::new(geometry, primitive, material, maps, detail).map(Arc::new);
+    let found = match primitive.instance() {
+        Some(n) => shared.entry((geometry.mesh_of(n), primitive.index())).or_insert_with(new).clone(),
+        None => new(),
+    }?;
+    let Light::Area { primitive, sides, area, .. } = area else { return None };
+    let radiance = found.mean();
+    Some(Light::Area { primitive, radiance, sides, area, map: (!geometry.is_sphere(primitive)).then_some(found) })
 }
 
 /// The point of the light `id` that has a place and nothing else.

@@ -9,7 +9,8 @@ mod tests;
 
 use std::{
     fmt,
-    sync::{Arc, LazyLock},
+    ops::Range,
+    sync::{Arc, LazyLock, OnceLock},
 };
 
 use glam::{Affine2, Vec2, Vec4};
@@ -21,6 +22,8 @@ pub struct Image {
     height: u32,
     channels: usize,
     texels: Texels,
+    /// The largest colour channel of any texel, as a fraction of the largest there can be; found when it is first asked for.
+    peak: OnceLock<f32>,
 }
 
 /// The samples of an [`Image`], row by row from the top, channels interleaved.
@@ -90,7 +93,7 @@ impl Image {
         assert!(pixels > 0 && samples.is_multiple_of(pixels), "{samples} samples for {width} × {height} texels");
         let channels = samples / pixels;
         assert!((1..=4).contains(&channels), "{channels} channels");
-        Self { width, height, channels, texels }
+        Self { width, height, channels, texels, peak: OnceLock::new() }
     }
 
     /// Width and height in texels.
@@ -107,6 +110,17 @@ impl Image {
             Texels::U8(v) => v.chunks_exact(self.channels).any(|t| t[self.channels - 1] != u8::MAX),
             Texels::U16(v) => v.chunks_exact(self.channels).any(|t| t[self.channels - 1] != u16::MAX),
         }
+    }
+
+    /// The largest colour channel among the texels of some columns and rows, linear and in [0, 1].
+    fn peak_within(&self, columns: Range<u32>, rows: Range<u32>) -> f32 {
+        let texels = rows.flat_map(|y| columns.clone().map(move |x| (x, y)));
+        texels.map(|(x, y)| self.texel(x, y, Encoding::Linear).truncate().max_element()).fold(0.0, f32::max)
+    }
+
+    /// The largest colour channel of all texels.
+    fn peak(&self) -> f32 {
+        *self.peak.get_or_init(|| self.peak_within(0..self.width, 0..self.height))
     }
 
     /// The memory that the texels take, bytes.
@@ -229,6 +243,30 @@ impl Texture {
                 top + (bottom - top) * f.y
             }
         }
+    }
+
+    /// A bound on every colour channel of any lookup within the triangle of these texture coordinates; 0 only where all lookups
+    /// are black. Large triangles get the whole image's.
+    pub fn bound(&self, uv: [Vec2; 3]) -> f32 {
+        const MOST_TEXELS: f32 = 4096.0;
+        let [a, b, c] = uv.map(|uv| self.place(uv));
+        let (min, max) = (a.min(b).min(c).floor() - 1.0, a.max(b).max(c).floor() + 1.0);
+        let size = max - min + 1.0;
+        let whole = Vec2::new(self.image.width as f32, self.image.height as f32);
+        // A comparison that also holds for sizes that overflow.
+        let small = size.cmplt(whole).all() && size.x * size.y <= MOST_TEXELS && min.abs().max_element() < 1e6;
+        let linear = if small {
+            let span = |lo: f32, hi: f32, wrap: Wrap, n: u32| (lo as i64..=hi as i64).map(move |i| wrap.texel(i, n));
+            let columns = span(min.x, max.x, self.wrap[0], self.image.width);
+            let rows = || span(min.y, max.y, self.wrap[1], self.image.height);
+            columns
+                .flat_map(|x| rows().map(move |y| (x, y)))
+                .map(|(x, y)| self.image.peak_within(x..x + 1, y..y + 1))
+                .fold(0.0, f32::max)
+        } else {
+            self.image.peak()
+        };
+        if self.encoding == Encoding::Srgb { srgb_to_linear(linear) } else { linear }
     }
 
     /// `uv` in units of texels. Coordinates that overflow mean the corner.
