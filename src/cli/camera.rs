@@ -80,7 +80,7 @@ impl Lens {
         let focus = focus.or(lens.map(|lens| lens.focus)).or(target);
         let lens = match focus {
             _ if aperture == 0.0 => None,
-            Some(focus) => Some(ThinLens { aperture, focus }),
+            Some(focus) => Some(ThinLens::new(aperture, focus)?),
             None => return Err("a lens needs the distance at which it is sharp: --focus METRES".to_owned()),
         };
         Ok(NamedCamera { view: View::Perspective { yfov, lens }, ..camera })
@@ -192,6 +192,8 @@ mod tests {
         assert_eq!(put(Some(0.0), None, &with(in_file), None), Ok(with(None)));
         assert!(put(None, Some(3.0), &pinhole, None).unwrap_err().contains("--aperture"));
         assert!(put(Some(0.2), None, &pinhole, None).unwrap_err().contains("--focus"));
+        assert!(put(Some(1e30), Some(3.0), &pinhole, None).unwrap_err().contains("aperture"));
+        assert!(put(Some(0.2), Some(1e-30), &pinhole, None).unwrap_err().contains("focus"));
         let flat = NamedCamera { view: View::Orthographic { height: 2.0 }, ..pinhole.clone() };
         assert!(put(Some(0.2), Some(3.0), &flat, None).unwrap_err().contains("orthographic"));
     }

@@ -61,6 +61,23 @@ pub struct ThinLens {
     pub focus: f32,
 }
 
+impl ThinLens {
+    /// A lens of the diameter `aperture`, at most 1000 km, sharp at the distance `focus`, from a micrometre to 10⁹ km: beyond, areas
+    /// leave what f32 can hold.
+    ///
+    /// # Errors
+    /// What is wrong with the lengths, in words.
+    pub fn new(aperture: f32, focus: f32) -> Result<Self, &'static str> {
+        if !(0.0..=1e6).contains(&aperture) {
+            return Err("the aperture is no diameter of a lens, from 0 to 1000000 m");
+        }
+        if !(1e-6..=1e12).contains(&focus) {
+            return Err("the focus distance lies between 0.000001 and 1000000000000 m");
+        }
+        Ok(Self { aperture, focus })
+    }
+}
+
 impl NamedCamera {
     /// The scene's camera over an image of `sensor`'s size: the vertical extent of the view is kept, the horizontal one
     /// follows from the sensor.
@@ -118,7 +135,8 @@ fn orthographic(
 ) -> Result<(View, Option<f32>), Fault> {
     let extent = |member: &str, half: f32| {
         let extent = half.abs();
-        if extent.is_normal() && (2.0 * extent).is_finite() {
+        // The square of a pixel has to stay in f32.
+        if (1e-12..=1e12).contains(&extent) {
             return Ok(extent);
         }
         Err(Fault::invalid(format!("{at}/orthographic/{member}"), format!("{half} is no extent of a film")))
@@ -132,8 +150,7 @@ fn orthographic(
     if thin_lens(camera).is_some() {
         return Err(Fault::invalid(format!("{at}/extensions/{THIN_LENS}"), "an orthographic camera has no lens"));
     }
-    let aspect = Some(x / y).filter(|aspect| aspect.is_normal());
-    Ok((View::Orthographic { height: 2.0 * y }, aspect))
+    Ok((View::Orthographic { height: 2.0 * y }, Some(x / y)))
 }
 
 fn thin_lens(camera: &Json) -> Option<&Value> {
@@ -148,11 +165,5 @@ fn read_lens(lens: &Value, at: &str) -> Result<ThinLens, Fault> {
             .ok_or_else(|| Fault::invalid(format!("{at}/{member}"), "a lens needs this length in metres"))
     };
     let (aperture, focus) = (length("aperture")?, length("focusDistance")?);
-    if aperture < 0.0 {
-        return Err(Fault::invalid(format!("{at}/aperture"), "the diameter of a lens is not negative"));
-    }
-    if focus <= 0.0 {
-        return Err(Fault::invalid(format!("{at}/focusDistance"), "the focus distance is not positive"));
-    }
-    Ok(ThinLens { aperture, focus })
+    ThinLens::new(aperture, focus).map_err(|what| Fault::invalid(at, what))
 }

@@ -178,8 +178,9 @@ fn spheres_lights_and_cameras_out_of_bounds() {
     };
     let place = "/cameras/0/extensions/PATHSPACE_thin_lens";
     refused(&lens(json!({ "focusDistance": 1 })), &[place, "/aperture: a lens needs"]);
-    refused(&lens(json!({ "aperture": -0.1, "focusDistance": 1 })), &[place, "/aperture: "]);
-    refused(&lens(json!({ "aperture": 0.1, "focusDistance": 0 })), &[place, "/focusDistance: "]);
+    refused(&lens(json!({ "aperture": -0.1, "focusDistance": 1 })), &[place, "no diameter"]);
+    refused(&lens(json!({ "aperture": 1e30, "focusDistance": 1 })), &[place, "no diameter"]);
+    refused(&lens(json!({ "aperture": 0.1, "focusDistance": 0 })), &[place, "the focus distance lies"]);
     refused(&lens(json!({ "aperture": 0.1, "focusDistance": "far" })), &[place, "/focusDistance: "]);
     let film = |x: f64, y: f64| {
         let document = with("/nodes/0/camera", json!(0));
