@@ -15,7 +15,7 @@ use crate::{
     film::{Coverage, Crop, Film, FixedPoint, Half},
     integrator::{Integrator, IntegratorKind, Samplers, Scratch, Sink, Splats, Unit, Weighting},
     math::Rgb,
-    path::{JoinedPath, Roulette, Strategy},
+    path::{JoinedPath, Roulette, Strategy, Technique},
     sampling::{Filter, Independent, Sampler, Stream},
     scene::{
         Scene,
@@ -84,8 +84,8 @@ pub struct Statistics {
     pub samples: u64,
     /// Rays of walks and of connections.
     pub rays: u64,
-    /// Contributions that were not finite or negative, and so were left out, by strategy (s,t).
-    pub rejected: BTreeMap<(u32, u32), u64>,
+    /// Contributions that were not finite or negative, and so were left out, by technique.
+    pub rejected: BTreeMap<Technique, u64>,
 }
 
 /// A render in progress: the film and how far it is.
@@ -99,7 +99,7 @@ pub struct Renderer<'a> {
     passes: u32,
     samples: u64,
     rays: AtomicU64,
-    rejected: Mutex<BTreeMap<(u32, u32), u64>>,
+    rejected: Mutex<BTreeMap<Technique, u64>>,
 }
 
 impl<'a> Renderer<'a> {
@@ -314,8 +314,7 @@ impl<K: Fn(&JoinedPath) -> bool> Sink for FilmSink<'_, K> {
 
     #[cold]
     fn reject(&mut self, path: &JoinedPath, _value: Rgb) {
-        let Strategy { s, t } = path.strategy();
-        *self.renderer.rejected.lock().unwrap_or_else(|e| e.into_inner()).entry((s, t)).or_default() += 1;
+        *self.renderer.rejected.lock().unwrap_or_else(|e| e.into_inner()).entry(path.technique()).or_default() += 1;
     }
 
     #[inline]

@@ -29,8 +29,8 @@ pub(super) struct RenderArgs {
     #[arg(short, long, value_name = "OUT")]
     pub(super) output: Vec<PathBuf>,
 
-    /// Path tracing, light tracing, both in one, bidirectional path tracing; or path tracing as the lecture begins: by
-    /// directions alone (path-hemisphere), by the lights' area without MIS (path-light)
+    /// Path tracing, light tracing, both in one, bidirectional path tracing; or as the lecture begins: by directions alone
+    /// (path-hemisphere), by the lights' area without MIS (path-light), every vertex by area (area, up to 4 edges)
     #[arg(short, long, value_name = "NAME", default_value = "bdpt", value_parser = values::integrator())]
     pub(super) integrator: IntegratorKind,
 

@@ -72,6 +72,11 @@ pub(super) fn run(args: &RenderArgs) -> Result<(), Failure> {
 
 fn only(args: &RenderArgs) -> Result<Option<(Strategy, Weighting)>, Failure> {
     let Some(strategy) = args.only_strategy else { return Ok(None) };
+    if args.integrator == IntegratorKind::Area {
+        return Err(Failure::usage(
+            "area sampling has no strategies (s,t): leave --only-strategy out, or choose -i bdpt",
+        ));
+    }
     if strategy.s + strategy.t - 1 > args.max_depth {
         let Strategy { s, t } = strategy;
         let edges = s + t - 1;
@@ -128,7 +133,7 @@ fn settings(args: &RenderArgs, crop: Crop, only: Option<(Strategy, Weighting)>) 
     Settings {
         integrator: args.integrator,
         hemisphere: args.hemisphere.unwrap_or_default(),
-        max_depth: args.max_depth,
+        max_depth: args.max_depth.min(args.integrator.longest_path()),
         roulette: args.roulette,
         only,
         seed: args.seed,
@@ -177,6 +182,19 @@ fn foretell(job: &Job<'_>, scene: &Scene, terminal: Terminal) {
     if scene.lights().is_empty() {
         terminal.warn("the scene has no light, so the image will be black");
     }
+    if integrator == IntegratorKind::Area {
+        terminal.say("note: area sampling stops at paths of 4 edges, whatever --max-depth says");
+        if specular > 0.0 {
+            terminal.warn(
+                "mirrors and glass will be black: area sampling never finds their one direction (-i path or bdpt do)",
+            );
+        }
+        if !scene.lights().all().iter().all(|light| matches!(light, Light::Area { .. })) {
+            terminal.warn(
+                "lights that are no surfaces will be dark: area sampling finds emitting surfaces alone (-i bdpt)",
+            );
+        }
+    }
     let extended = |light: &Light| matches!(light, Light::Area { .. } | Light::Environment { .. });
     if settings.integrator == IntegratorKind::PathHemisphere && !scene.lights().all().iter().all(extended) {
         terminal.warn(
@@ -218,8 +236,8 @@ fn moment(renderer: &Renderer<'_>, goal: Goal, start: Instant, noise: Option<f64
 fn summarise(renderer: &Renderer<'_>, end: &Moment, terminal: Terminal) {
     let statistics = renderer.statistics();
     terminal.detail(format_args!("{} samples, {} rays", statistics.samples, statistics.rays));
-    for ((s, t), count) in statistics.rejected {
-        terminal.warn(format_args!("strategy ({s},{t}) made {count} contributions that are no number, left out"));
+    for (technique, count) in statistics.rejected {
+        terminal.warn(format_args!("technique {technique} made {count} contributions that are no number, left out"));
     }
     let errors = renderer.film().errors();
     let faults = [

@@ -1,5 +1,6 @@
 //! Integrators: each a table of techniques and a weight rule. The estimator below is the same for all of them.
 
+mod area;
 mod bdpt;
 mod hybrid;
 mod light;
@@ -35,12 +36,14 @@ pub enum IntegratorKind {
     PathHemisphere,
     /// Next-event estimation without MIS: s = 1, and s = 0 where that has no support.
     PathLight,
+    /// Every vertex on its own, over the area of the surfaces.
+    Area,
 }
 
 impl IntegratorKind {
     /// All of them, in the order of the documentation.
-    pub const ALL: [Self; 6] =
-        [Self::Path, Self::Light, Self::Hybrid, Self::Bdpt, Self::PathHemisphere, Self::PathLight];
+    pub const ALL: [Self; 7] =
+        [Self::Path, Self::Light, Self::Hybrid, Self::Bdpt, Self::PathHemisphere, Self::PathLight, Self::Area];
 
     /// The name on the command line.
     pub fn name(self) -> &'static str {
@@ -51,6 +54,7 @@ impl IntegratorKind {
             Self::Bdpt => bdpt::NAME,
             Self::PathHemisphere => path_hemisphere::NAME,
             Self::PathLight => path_light::NAME,
+            Self::Area => area::NAME,
         }
     }
 
@@ -63,14 +67,23 @@ impl IntegratorKind {
             Self::Bdpt => bdpt::COVERAGE,
             Self::PathHemisphere => path_hemisphere::COVERAGE,
             Self::PathLight => path_light::COVERAGE,
+            Self::Area => area::COVERAGE,
         }
     }
 
-    /// Whether a pass traces light subpaths that may land anywhere on the image.
+    /// The longest paths that it finds whatever is asked for, in edges.
+    pub fn longest_path(self) -> u32 {
+        match self {
+            Self::Area => area::MAX_EDGES,
+            _ => u32::MAX,
+        }
+    }
+
+    /// Whether a pass finds paths that may land anywhere on the image.
     pub fn traces_from_lights(self) -> bool {
         match self {
             Self::Path | Self::PathHemisphere | Self::PathLight => false,
-            Self::Light | Self::Hybrid | Self::Bdpt => true,
+            Self::Light | Self::Hybrid | Self::Bdpt | Self::Area => true,
         }
     }
 
@@ -82,6 +95,7 @@ impl IntegratorKind {
             Self::Bdpt => bdpt::multiplicity,
             Self::PathHemisphere => return Techniques::directional(sensor, max_depth, Directions::Bsdf),
             Self::PathLight => path_light::multiplicity,
+            Self::Area => return Techniques::by_area(sensor, max_depth.min(area::MAX_EDGES)),
         };
         Techniques::new(sensor, max_depth, multiplicity)
     }
@@ -172,6 +186,9 @@ impl Integrator {
     pub fn covers(&self, path: &JoinedPath) -> bool {
         let n = path.edges();
         let path = path.to_path();
+        if self.weighed.area() > 0 && n <= self.weighed.max_depth() && path.pdf_area() > 0.0 {
+            return true;
+        }
         (1..=n + 1)
             .map(|t| Strategy { s: n + 1 - t, t })
             .any(|x| self.weighed.multiplicity(x) > 0 && path.pdf_by(self.weighed.directions(), x) > 0.0)
@@ -185,6 +202,7 @@ impl Integrator {
                 .sampling(self.evaluated.directions()),
             light: Subpath::with_capacity(connected.max(splatted)),
             lens: Subpath::with_capacity(1),
+            drawn: Vec::new(),
         }
     }
 }
@@ -195,6 +213,7 @@ pub struct Scratch {
     camera: Subpath,
     light: Subpath,
     lens: Subpath,
+    drawn: Vec<Step>,
 }
 
 /// What becomes of the paths that are found.
@@ -246,7 +265,7 @@ impl Integrator {
         let LightVertices { connected, splatted } = self.evaluated.light_vertices();
         let connected = if unit.camera.is_some() { connected } else { 0 };
         let splatted = if unit.splats == Splats::Yes { splatted } else { 0 };
-        let Scratch { camera, light, lens } = scratch;
+        let Scratch { camera, light, lens, drawn } = scratch;
         light.walk_from_light(scene, connected.max(splatted), self.roulette, samplers.light);
         sink.walked(light.steps().len().saturating_sub(1));
 
@@ -257,6 +276,13 @@ impl Integrator {
                     if lens.put_lens_towards(scene, &y.vertex.point, samplers.lens) {
                         self.consider(JoinedPath::inner(scene, lens.steps(), light, s, anywhere), sink);
                     }
+                }
+            }
+        }
+        if unit.splats == Splats::Yes {
+            for _ in 0..self.evaluated.area() {
+                for n in 1..=self.evaluated.max_depth() {
+                    self.consider(area::draw(scene, n, drawn, samplers.connection), sink);
                 }
             }
         }
@@ -301,7 +327,7 @@ impl Integrator {
     #[inline]
     fn consider(&self, path: Option<JoinedPath<'_>>, sink: &mut impl Sink) {
         let Some(path) = path else { return };
-        let weight = path.mis_weight(&self.weighed, self.heuristic) / self.weighed.count(path.strategy());
+        let weight = path.mis_weight(&self.weighed, self.heuristic) / self.weighed.samples(path.technique());
         let value = path.contribution() * weight;
         if value == Rgb::ZERO {
             return;

@@ -13,7 +13,10 @@ use gltf_json::{
 };
 use serde_json::Value;
 
-use super::error::{Fault, LoadError, one_line, quoted};
+use super::{
+    error::{Fault, LoadError, one_line, quoted},
+    extensions,
+};
 
 /// Extensions whose meaning is honoured.
 pub(super) const SUPPORTED: &[&str] = &[
@@ -125,22 +128,21 @@ fn check(root: &Root, warnings: &mut Vec<String>) -> Result<(), Fault> {
     if let Some(version) = root.asset.min_version.as_deref().filter(|&version| version != "2.0") {
         return Err(Fault::unsupported("/asset/minVersion", format!("a reader of glTF {} is needed", quoted(version))));
     }
-    extensions(root, warnings)?;
+    honoured(root, warnings)?;
     positions_in_range(root)?;
     validate(root)
 }
 
-fn extensions(root: &Root, warnings: &mut Vec<String>) -> Result<(), Fault> {
+/// The policy: what is required must be supported, and what is optional and is not is named.
+fn honoured(root: &Root, warnings: &mut Vec<String>) -> Result<(), Fault> {
     let unknown = |name: &&String| !SUPPORTED.contains(&name.as_str());
-    let required: Vec<_> = root.extensions_required.iter().filter(unknown).map(|name| quoted(name)).collect();
+    let required: Vec<_> = root.extensions_required.iter().filter(unknown).map(String::as_str).collect();
     if !required.is_empty() {
-        let (noun, verb) = if required.len() == 1 { ("extension", "is") } else { ("extensions", "are") };
-        let what = format!("the required {noun} {} {verb} not supported", required.join(", "));
-        return Err(Fault::unsupported("/extensionsRequired", what));
+        return Err(Fault::unsupported("/extensionsRequired", extensions::refused(&required)));
     }
     let mut seen = HashSet::new();
     for name in root.extensions_used.iter().filter(unknown).filter(|&name| seen.insert(name)) {
-        warnings.push(format!("the optional extension {} is not supported: what it adds is left out", quoted(name)));
+        warnings.push(extensions::left_out(name));
     }
     Ok(())
 }

@@ -11,6 +11,7 @@ use super::{
     accessor::{self, Accessors},
     attribute,
     error::Fault,
+    extensions,
     material,
     node::Placed,
     pose::{self, Influences},
@@ -91,9 +92,10 @@ fn part(
         warnings.push(format!("{at} has no positions: skipped"));
         return Ok(None);
     };
-    let extensions = primitive.extensions.as_ref().map(|extensions| &extensions.others);
-    if !accessors.has_data(source) && extensions.is_some_and(|others| others.contains_key(DRACO)) {
-        return Err(Fault::unsupported(at, format!("this primitive is there with {DRACO} alone")));
+    let others = primitive.extensions.as_ref().map(|extensions| &extensions.others);
+    if !accessors.has_data(source) && others.is_some_and(|others| others.contains_key(DRACO)) {
+        let remedy = extensions::remedy(DRACO).unwrap_or_default();
+        return Err(Fault::unsupported(at, format!("this primitive is there with {DRACO} alone: {remedy}")));
     }
     let mut positions = accessors.vec3(source)?;
     if let Some(i) = positions.iter().position(|p| !p.is_finite()) {

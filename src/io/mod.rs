@@ -41,6 +41,7 @@ mod camera;
 mod document;
 mod environment;
 mod error;
+mod extensions;
 mod image;
 mod instancing;
 mod light;

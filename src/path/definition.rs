@@ -5,7 +5,7 @@ use glam::{DVec3, Vec3};
 
 use super::{Heuristic, PathClass, Strategy, Techniques, Vertex, class::Event};
 use crate::{
-    math::Frame,
+    math::{Frame, Rgb},
     scene::{
         Scene,
         bsdf::{Bsdf, Directions, Scatter},
@@ -121,6 +121,20 @@ impl<'a> Path<'a> {
         camera_part * light_part
     }
 
+    /// The density with which area sampling draws this path: that of p_0, 1/A for every other vertex but the last, and one over
+    /// the area of all emitters for p_n. V is no part of it. Zero if it cannot: through delta lobes, and from lights
+    /// that are no surfaces.
+    pub fn pdf_area(&self) -> f64 {
+        let n = self.edges();
+        let end = &self.vertices[n].point;
+        let drawn = |v: &Vertex| v.point.place == Place::Surface && !v.is_delta();
+        if !self.vertices[1..].iter().all(drawn) || end.light.is_none() {
+            return 0.0;
+        }
+        let surfaces = f64::from(self.scene.surfaces().pdf().0).powi(n as i32 - 1);
+        f64::from(self.scene.camera.pdf_lens().0) * surfaces * f64::from(self.scene.emitters().pdf().0)
+    }
+
     /// Whether each end of the path is a direction alone (an orthographic camera and an environment): two that are sampled
     /// independently never fit together.
     fn ends_are_directions(&self) -> bool {
@@ -200,10 +214,14 @@ impl<'a> Path<'a> {
     /// f̂(p_{i+1}→p_i→p_{i−1}) = α f_s |ω_{i+1}·N_s| / |ω_{i+1}·N_g|, 1/sr.
     fn scattering(&self, i: usize) -> DVec3 {
         let v = &self.vertices[i];
+        let f = self.scatter(i, Directions::Bsdf).f;
+        if f == Rgb::ZERO {
+            return DVec3::ZERO; // also within a surface's plane, where the fraction below is none
+        }
         let to_light = self.segment(i, i + 1).direction;
         let shading = v.point.shading_normal.as_dvec3().dot(to_light).abs();
         let geometric = v.point.normal.as_dvec3().dot(to_light).abs();
-        self.scatter(i, Directions::Bsdf).f.as_dvec3() * (shading / geometric * f64::from(v.alpha))
+        f.as_dvec3() * (shading / geometric * f64::from(v.alpha))
     }
 
     /// f_s with both densities at p_i by the rule `directions`, zero where N_s and N_g disagree on a direction's side.

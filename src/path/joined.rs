@@ -3,7 +3,8 @@
 use glam::Vec3;
 
 use super::{
-    Densities, Edge, Heuristic, Path, Step, Strategy, Subpath, Techniques, Vertex, mis_weight, subpath::transmittance,
+    Densities, Edge, Heuristic, Path, Step, Strategy, Subpath, Technique, Techniques, Vertex, mis_weight,
+    subpath::transmittance,
 };
 use crate::{
     math::Rgb,
@@ -44,6 +45,7 @@ pub struct JoinedPath<'a> {
     light: &'a [Step],
     joint: Joint,
     raster: Raster,
+    technique: Technique,
 }
 
 impl<'a> JoinedPath<'a> {
@@ -66,7 +68,8 @@ impl<'a> JoinedPath<'a> {
             light_density: [position, lights.pdf_direction(p, to_camera).to_area(&end.back)],
             next_event_ratio: lights.pdf_next_event(p, &before.vertex.point).0 / position.0,
         };
-        Some(Self { scene, camera, light: &[], joint, raster })
+        let technique = Technique::Bidirectional(Strategy { s: 0, t: camera.len() as u32 });
+        Some(Self { scene, camera, light: &[], joint, raster, technique })
     }
 
     /// s ≥ 1, t ≥ 1: connects the last vertices of two prefixes. `light` is a prefix of a light subpath, whose
@@ -103,10 +106,18 @@ impl<'a> JoinedPath<'a> {
             light_density: [light_face.across.to_area(&edge.reversed()), camera_face.back],
             next_event_ratio,
         };
-        Some(Self { scene, camera, light, joint, raster })
+        let technique = Technique::Bidirectional(Strategy { s: light.len() as u32, t: camera.len() as u32 });
+        Some(Self { scene, camera, light, joint, raster, technique })
     }
 
-    /// (s,t).
+    /// What found it.
+    #[inline]
+    pub fn technique(&self) -> Technique {
+        self.technique
+    }
+
+    /// (s,t): the vertices from the light and from the camera. Area sampling's count as the camera's; see
+    /// [`JoinedPath::technique`].
     #[inline]
     pub fn strategy(&self) -> Strategy {
         Strategy { s: self.light.len() as u32, t: self.camera.len() as u32 }
@@ -125,10 +136,13 @@ impl<'a> JoinedPath<'a> {
         self.camera[self.camera.len() - 1].beta * self.joint.value * light
     }
 
-    /// w_{s,t} of the strategy that found the path.
+    /// w of the technique that found the path. Area sampling shares with nobody.
     #[inline]
     pub fn mis_weight(&self, techniques: &Techniques, heuristic: Heuristic) -> f32 {
-        mis_weight(self, self.strategy(), techniques, heuristic)
+        match self.technique {
+            Technique::Bidirectional(strategy) => mis_weight(self, strategy, techniques, heuristic),
+            Technique::Area => 1.0,
+        }
     }
 
     /// V of the connecting edge; the others were found by rays. True for s = 0.
@@ -297,5 +311,19 @@ impl<'a> JoinedPath<'a> {
         let prefix = &light.steps()[..s];
         // With s = 1 the path's p_{n−1} is not the light subpath's; (1,1) has no next-event rival to weigh.
         Self::connect(scene, camera, prefix, light.next_event_ratio(), raster)
+    }
+}
+
+impl<'a> JoinedPath<'a> {
+    /// A path that area sampling drew, with its V: F/p straight from the definition. `steps` is storage for its vertices.
+    /// `None` if it contributes nothing.
+    pub fn by_areas(scene: &'a Scene, path: &Path<'_>, steps: &'a mut Vec<Step>, raster: Raster) -> Option<Self> {
+        let value = (path.contribution() / path.pdf_area()).as_vec3();
+        steps.clear();
+        steps.extend(path.vertices().iter().map(|v| Step { beta: Rgb::ONE, ..Step::first(v.point, PdfArea(1.0)) }));
+        let nothing = [PdfArea::ZERO; 2];
+        let joint = Joint { value, camera_density: nothing, light_density: nothing, next_event_ratio: 1.0 };
+        let technique = Technique::Area;
+        (value != Rgb::ZERO).then_some(Self { scene, camera: steps, light: &[], joint, raster, technique })
     }
 }

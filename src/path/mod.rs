@@ -29,6 +29,6 @@ pub use definition::Path;
 pub use edge::Edge;
 pub use joined::{JoinedPath, Joint};
 pub use mis::{Densities, Heuristic, mis_weight};
-pub use strategy::{LightVertices, Strategy, Techniques};
+pub use strategy::{LightVertices, Strategy, Technique, Techniques};
 pub use subpath::{Roulette, Step, Subpath};
 pub use vertex::Vertex;

@@ -24,6 +24,24 @@ impl std::fmt::Display for Strategy {
     }
 }
 
+/// A way to sample whole paths: what a table counts, and what a path was found by.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub enum Technique {
+    /// (s,t): walks from both sides, connected.
+    Bidirectional(Strategy),
+    /// Every vertex on its own, uniform over the area of the surfaces (p_n: of the emitting ones).
+    Area,
+}
+
+impl std::fmt::Display for Technique {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            Self::Bidirectional(strategy) => strategy.fmt(f),
+            Self::Area => f.write_str("area"),
+        }
+    }
+}
+
 /// The table n_{s,t}: how many samples each strategy contributes to one pass over the image.
 ///
 /// A pass has N_c camera subpaths, one per padded pixel, and N_l light subpaths that splat. An entry is a multiplicity
@@ -38,6 +56,8 @@ pub struct Techniques {
     /// m_{s,t} at `s·(max_depth + 2) + t`.
     multiplicity: Vec<u32>,
     directions: Directions,
+    /// Area samples per light subpath for each length of paths.
+    area: u32,
     light_vertices: LightVertices,
     camera_vertices: u32,
 }
@@ -59,6 +79,7 @@ impl Techniques {
             max_depth,
             multiplicity: Vec::new(),
             directions: Directions::Bsdf,
+            area: 0,
             light_vertices: LightVertices { connected: 0, splatted: 0 },
             camera_vertices: 0,
         };
@@ -69,6 +90,11 @@ impl Techniques {
     /// the fast form needs the rule but the camera's walk.
     pub fn directional(sensor: Sensor, max_depth: u32, directions: Directions) -> Self {
         Self { directions, ..Self::new(sensor, max_depth, |strategy| u32::from(strategy.s == 0)) }
+    }
+
+    /// The table of area sampling alone: N_l samples of every length up to `max_depth` edges.
+    pub fn by_area(sensor: Sensor, max_depth: u32) -> Self {
+        Self { area: 1, ..Self::new(sensor, max_depth, |_| 0) }
     }
 
     fn with_entries(&self, multiplicity: Vec<u32>) -> Self {
@@ -92,7 +118,7 @@ impl Techniques {
             let kept = Strategy { s: i / side, t: i % side } == strategy;
             if kept { self.multiplicity[i as usize] } else { 0 }
         });
-        self.with_entries(multiplicity.collect())
+        Self { area: 0, ..self.with_entries(multiplicity.collect()) }
     }
 
     /// m_{s,t}, zero outside the table.
@@ -111,6 +137,20 @@ impl Techniques {
     pub fn count(&self, strategy: Strategy) -> f32 {
         let subpaths = if strategy.t == 1 { self.light_subpaths } else { self.camera_subpaths };
         self.multiplicity(strategy) as f32 * subpaths as f32
+    }
+
+    /// n of any technique: n_{s,t}, or the samples that area sampling takes of each length.
+    #[inline]
+    pub fn samples(&self, technique: Technique) -> f32 {
+        match technique {
+            Technique::Bidirectional(strategy) => self.count(strategy),
+            Technique::Area => self.area as f32 * self.light_subpaths as f32,
+        }
+    }
+
+    /// How many area samples of each length go with a light subpath.
+    pub fn area(&self) -> u32 {
+        self.area
     }
 
     /// How the walks sample directions.

@@ -43,8 +43,8 @@ pub struct Step {
 }
 
 impl Step {
-    /// The first vertex of a subpath.
-    fn first(point: Point, pdf: PdfArea) -> Self {
+    /// The first vertex of a subpath, or any that was drawn on its own.
+    pub(super) fn first(point: Point, pdf: PdfArea) -> Self {
         Self {
             vertex: Vertex::new(point),
             back: Edge { direction: Vec3::Z, distance_squared: 1.0, cos_a: 1.0, cos_b: 1.0 },

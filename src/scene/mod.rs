@@ -1,6 +1,7 @@
 //! The scene: what is there. Geometry, materials, lights and the camera, with the two questions a path asks of
 //! them: what does this ray meet, and do these two points see each other.
 
+pub mod areas;
 pub mod bsdf;
 pub mod camera;
 pub mod geometry;
@@ -10,9 +11,12 @@ pub mod material;
 pub mod point;
 pub mod texture;
 
+use std::sync::OnceLock;
+
 use glam::{Vec2, Vec3};
 
 use self::{
+    areas::SurfaceAreas,
     bsdf::Bsdf,
     camera::{Camera, Raster},
     geometry::{Geometry, PrimitiveId, Ray},
@@ -32,6 +36,8 @@ pub struct Scene {
     materials: Vec<Material>,
     lights: Lights,
     light_of: LightIndex,
+    /// All surfaces and the emitting ones, once somebody asks.
+    areas: OnceLock<[SurfaceAreas; 2]>,
 }
 
 impl Scene {
@@ -43,7 +49,7 @@ impl Scene {
         geometry.build();
         let lights = Lights::new(&geometry, &materials, others);
         let light_of = LightIndex::new(&geometry, &lights);
-        Self { camera, geometry, materials, lights, light_of }
+        Self { camera, geometry, materials, lights, light_of, areas: OnceLock::new() }
     }
 
     /// The primitives.
@@ -113,6 +119,23 @@ impl Scene {
     #[inline]
     pub fn sample_emission(&self, choose: f32, position: Vec2, direction: Vec2) -> Option<light::Emission> {
         self.lights.sample_emission(&self.geometry, &self.materials, choose, position, direction)
+    }
+
+    /// The area of all surfaces; found when first asked for.
+    pub fn surfaces(&self) -> &SurfaceAreas {
+        &self.areas()[0]
+    }
+
+    /// The area of all surfaces that emit.
+    pub fn emitters(&self) -> &SurfaceAreas {
+        &self.areas()[1]
+    }
+
+    fn areas(&self) -> &[SurfaceAreas; 2] {
+        self.areas.get_or_init(|| {
+            let emitters = self.lights.area_lights().map(|(_, primitive)| primitive);
+            [SurfaceAreas::new(self, self.geometry.with_material(&|_| true)), SurfaceAreas::new(self, emitters)]
+        })
     }
 
     /// σ_a of what fills the segment that leaves `a` in the unit direction `ab` and ends at `b`, 1/m; zero for clear space.

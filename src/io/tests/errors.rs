@@ -142,6 +142,10 @@ fn hierarchies_that_are_no_trees() {
 fn extensions_by_name() {
     let required = json!(["KHR_draco_mesh_compression", "KHR_materials_volume", "X\u{7}Y"]);
     refused(&with("/extensionsRequired", required), &["extensions “KHR_draco_mesh_compression”, “X\u{fffd}Y” are not"]);
+    let basis = json!(["KHR_texture_basisu", "EXT_meshopt_compression", "KHR_draco_mesh_compression"]);
+    let help = "“gltf-transform ktxdecompress IN.glb OUT.glb” turns its textures into PNG, “gltf-transform copy IN.glb \
+                OUT.glb” decompresses it; export";
+    refused(&with("/extensionsRequired", basis), &[help]);
     let used = load(&with("/extensionsUsed", json!(["KHR_xmp", "KHR_materials_ior"]))).unwrap();
     assert_eq!(used.warnings.len(), 1);
     assert!(used.warnings[0].contains("“KHR_xmp”"));

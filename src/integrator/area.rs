@@ -1,0 +1,49 @@
+//! Area sampling (lecture: one does not even need to sample the vertices sequentially): p_1 … p_{n−1} drawn independently and
+//! uniformly over the area of all surfaces, p_n over that of all emitting ones, p_0 over the lens.
+//!
+//! An oracle, slow and simple: it uses F_j, V on every edge and area densities, and nothing of what walks, connections and
+//! weights use. Where surfaces touch, its variance is infinite (∫G² diverges): compare it in scenes whose surfaces do not.
+
+use crate::{
+    path::{Edge, JoinedPath, Path, Step, Vertex},
+    sampling::Sampler,
+    scene::Scene,
+};
+
+/// The name on the command line.
+pub const NAME: &str = "area";
+
+/// What the table can sample at all.
+pub const COVERAGE: &str = "paths of at most four edges from emitting surfaces without a specular vertex; other lights stay dark, and mirrors and glass black";
+
+/// The longest paths, in edges. Each edge multiplies the variance.
+pub const MAX_EDGES: u32 = 4;
+
+/// Draws a path of `n` edges; `None` if it contributes nothing. `steps` is storage.
+pub fn draw<'a>(
+    scene: &'a Scene,
+    n: u32,
+    steps: &'a mut Vec<Step>,
+    sampler: &mut impl Sampler,
+) -> Option<JoinedPath<'a>> {
+    let mut vertices = vec![Vertex::new(scene.camera.lens_point())];
+    for i in 1..=n {
+        let areas = if i < n { scene.surfaces() } else { scene.emitters() };
+        vertices.push(Vertex::new(areas.sample(scene, sampler.next_3d())?));
+    }
+    vertices[0] = Vertex::new(scene.camera.sample_lens_towards(&vertices[1].point, sampler.next_2d())?);
+    let first = Edge::between(&vertices[0].point, &vertices[1].point);
+    let raster = scene.camera.raster(&vertices[0].point, first.direction)?;
+
+    let unoccluded = Path::new(scene, vertices);
+    // What could not pass anyway needs no rays.
+    if unoccluded.contribution().max_element() == 0.0 {
+        return None;
+    }
+    let visible = |pair: &[Vertex]| f64::from(u8::from(scene.visible(&pair[0].point, &pair[1].point)));
+    let visibility: Vec<_> = unoccluded.vertices().windows(2).map(visible).collect();
+    if visibility.contains(&0.0) {
+        return None;
+    }
+    JoinedPath::by_areas(scene, &unoccluded.with_visibility(visibility), steps, raster)
+}

@@ -1,0 +1,43 @@
+//! Extensions that are not supported: what becomes of the file, and what its owner can do.
+
+use super::error::quoted;
+
+/// What turns a file with this extension into one without it, if something common does.
+pub(super) fn remedy(name: &str) -> Option<&'static str> {
+    Some(match name {
+        "KHR_draco_mesh_compression" | "EXT_meshopt_compression" | "KHR_meshopt_compression" => {
+            "“gltf-transform copy IN.glb OUT.glb” decompresses it"
+        }
+        "KHR_texture_basisu" => "“gltf-transform ktxdecompress IN.glb OUT.glb” turns its textures into PNG",
+        "EXT_texture_avif" => "“gltf-transform png IN.glb OUT.glb” turns its textures into PNG",
+        "MSFT_texture_dds" => "save its textures as PNG",
+        "KHR_materials_pbrSpecularGlossiness" => "“gltf-transform metalrough IN.glb OUT.glb” converts its materials",
+        _ => return None,
+    })
+}
+
+/// The complaint about required extensions. `names` is not empty.
+pub(super) fn refused(names: &[&str]) -> String {
+    let (noun, verb) = if names.len() == 1 { ("extension", "is") } else { ("extensions", "are") };
+    let list = names.iter().map(|name| quoted(name)).collect::<Vec<_>>().join(", ");
+    let mut remedies: Vec<_> = names.iter().filter_map(|name| remedy(name)).collect();
+    remedies.dedup();
+    let help = if remedies.is_empty() { String::new() } else { format!(": {}", remedies.join(", ")) };
+    format!("the required {noun} {list} {verb} not supported{help}")
+}
+
+/// The warning about an optional extension.
+pub(super) fn left_out(name: &str) -> String {
+    let name_quoted = quoted(name);
+    match name {
+        "KHR_draco_mesh_compression" | "EXT_meshopt_compression" | "KHR_meshopt_compression" => {
+            format!(
+                "the optional extension {name_quoted} is not supported: the uncompressed data are read in its place"
+            )
+        }
+        "KHR_texture_basisu" | "EXT_texture_avif" | "MSFT_texture_dds" => {
+            format!("the optional extension {name_quoted} is not supported: the plain images are read in its place")
+        }
+        _ => format!("the optional extension {name_quoted} is not supported: what it adds is left out"),
+    }
+}
