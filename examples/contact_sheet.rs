@@ -78,7 +78,7 @@ fn main() -> ExitCode {
             }
         }
     }
-    let written = encode_png(&sheet, Exposure::Ev(0.0))
+    let written = encode_png(&sheet, None, Exposure::Ev(0.0))
         .map_err(|e| e.to_string())
         .and_then(|png| fs::write(out, png).map_err(|e| e.to_string()))
         .and_then(|()| fs::write(out.with_extension("txt"), list).map_err(|e| e.to_string()));
