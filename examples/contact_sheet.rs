@@ -13,7 +13,7 @@ use pathspace::{
     film::{Exposure, Image, encode_png},
     io,
     math::Rgb,
-    render::{Renderer, Settings},
+    render::{Background, Renderer, Settings},
     scene::{camera::Sensor, light::Light},
 };
 
@@ -27,10 +27,17 @@ fn render(loaded: io::Loaded, spp: u32) -> Image {
         None => common::framing(loaded.geometry.bounds(), sensor),
     };
     let scene = loaded.into_scene(camera, Some(Light::Environment { radiance: Rgb::ONE }));
-    let settings = Settings { max_depth: 8, ..Settings::new(sensor) };
+    // White models would drown in a white sky.
+    let settings = Settings { max_depth: 8, background: Background::Transparent, ..Settings::new(sensor) };
     let mut renderer = Renderer::new(&scene, &settings);
     (0..spp).for_each(|_| renderer.pass());
-    renderer.film().image(spp)
+    let mut image = renderer.film().image(spp);
+    // Each tile has an exposure of its own.
+    let scale = Exposure::Auto.ev(&image).exp2();
+    for (pixel, alpha) in image.pixels.iter_mut().zip(renderer.alpha().expect("a transparent background")) {
+        *pixel = *pixel * scale + Rgb::splat(0.03) * (1.0 - alpha);
+    }
+    image
 }
 
 fn main() -> ExitCode {
@@ -69,12 +76,10 @@ fn main() -> ExitCode {
             let _ = writeln!(list, "    {warning}");
         }
         let image = render(loaded, spp);
-        // Each tile has an exposure of its own.
-        let scale = Exposure::Auto.ev(&image).exp2();
         for y in 0..SIDE {
             for x in 0..SIDE {
                 let at = (i / columns * SIDE + y) * width + i % columns * SIDE + x;
-                sheet.pixels[at as usize] = image.get(x, y) * scale;
+                sheet.pixels[at as usize] = image.get(x, y);
             }
         }
     }

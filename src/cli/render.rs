@@ -195,7 +195,8 @@ fn foretell(job: &Job<'_>, scene: &Scene, terminal: Terminal) {
             );
         }
     }
-    let extended = |light: &Light| matches!(light, Light::Area { .. } | Light::Environment { .. });
+    let extended =
+        |light: &Light| matches!(light, Light::Area { .. } | Light::Environment { .. } | Light::EnvironmentMap(_));
     if settings.integrator == IntegratorKind::PathHemisphere && !scene.lights().all().iter().all(extended) {
         terminal.warn(
             "point lights, spots and suns will be dark: path-hemisphere waits until a walk hits a light, and these \
