@@ -40,7 +40,7 @@ pub fn draw<'a>(
     if unoccluded.contribution().max_element() == 0.0 {
         return None;
     }
-    let visible = |pair: &[Vertex]| f64::from(u8::from(scene.visible(&pair[0].point, &pair[1].point)));
+    let visible = |pair: &[Vertex]| f64::from(scene.visible(&pair[0].point, &pair[1].point));
     let visibility: Vec<_> = unoccluded.vertices().windows(2).map(visible).collect();
     if visibility.contains(&0.0) {
         return None;

@@ -253,7 +253,8 @@ pub enum Splats {
 impl Integrator {
     /// Estimates one sample of one pixel: walks its subpaths, joins them by every strategy of the table, and deposits.
     ///
-    /// Connections are weighed before their ray is traced, so that a ray is spent only where something can arrive.
+    /// A connection's ray is traced only where something can arrive, and before the path is weighed: V of the connecting edge
+    /// is in the other strategies' densities, and what is blocked needs no weight.
     pub fn estimate<S: Sampler>(
         &self,
         scene: &Scene,
@@ -323,19 +324,17 @@ impl Integrator {
         }
     }
 
-    /// Weighs a path, and deposits it if nothing blocks it.
+    /// Weighs and deposits a path, if it contributes anything and nothing blocks it.
     #[inline]
     fn consider(&self, path: Option<JoinedPath<'_>>, sink: &mut impl Sink) {
-        let Some(path) = path else { return };
-        let weight = path.mis_weight(&self.weighed, self.heuristic) / self.weighed.samples(path.technique());
-        let value = path.contribution() * weight;
-        if value == Rgb::ZERO {
-            return;
-        }
+        let Some(path) = path.filter(|path| path.contribution() != Rgb::ZERO) else { return };
         if path.strategy().s > 0 {
             sink.shadow_ray();
         }
-        if !path.visible() {
+        let Some(path) = path.seen() else { return };
+        let weight = path.mis_weight(&self.weighed, self.heuristic) / self.weighed.samples(path.technique());
+        let value = path.contribution() * weight;
+        if value == Rgb::ZERO {
             return;
         }
         if value.is_finite() && value.min_element() >= 0.0 {

@@ -5,6 +5,9 @@
 //! for the back of a volume where nothing is traced through it; here the mesh itself bounds the volume.
 //!
 //! `KHR_materials_unlit` becomes a black surface that emits its base colour, in radiance 1 for white, to both sides.
+//!
+//! `alphaMode` and the base colour's alpha are [`Coverage`], of whatever scatters there: a pane with alphaMode BLEND is there
+//! in part and transmits where it is there. An OPAQUE material ignores alpha.
 
 use std::collections::BTreeMap;
 
@@ -23,7 +26,7 @@ use super::{
 use crate::{
     math::Rgb,
     scene::{
-        material::{Boundary, EmissionSides, Maps, Material, NormalMap, Parameters, VertexColors},
+        material::{Boundary, Coverage, EmissionSides, Maps, Material, NormalMap, Parameters, VertexColors},
         texture::{Encoding, Texture},
     },
 };
@@ -35,6 +38,7 @@ const DARKEST: f32 = 1e-6;
 pub(super) struct Read {
     name: String,
     maps: Maps,
+    coverage: Coverage,
     emission: Rgb,
     emission_sides: EmissionSides,
     absorption: Rgb,
@@ -59,11 +63,15 @@ impl Read {
 
     fn on(&self, vertex_colors: VertexColors) -> Material {
         let maps = Maps { vertex_colors, ..self.maps.clone() };
+        let holes = maps.base_color.as_ref().is_some_and(|texture| texture.image.has_alpha());
+        let whole = !holes && vertex_colors == VertexColors::Nothing && self.coverage.alpha(1.0) == 1.0;
         let mut material = if maps.vary() {
             Material::varying(&self.name, maps)
         } else {
             Material::new(&self.name, maps.factors.bsdf())
         };
+        // What is there wholly is better known as opaque: rays through such a scene cost less.
+        material.coverage = if whole { Coverage::Opaque } else { self.coverage };
         material.emission = self.emission;
         material.emission_sides = self.emission_sides;
         material.absorption = self.absorption;
@@ -140,6 +148,7 @@ impl Reader<'_, '_> {
             absorption = self.absorption(color, volume.attenuation_distance.0)?;
         }
         let mut emission_sides = if m.double_sided { EmissionSides::Both } else { EmissionSides::Front };
+        let coverage = self.coverage(m)?;
         let unlit = ext.is_some_and(|e| e.others.contains_key("KHR_materials_unlit"));
         if unlit {
             emission = factors.base_color;
@@ -149,7 +158,7 @@ impl Reader<'_, '_> {
             maps = Maps::new(Parameters { boundary: Boundary::Opaque, ..black });
             (maps.base_color, maps.emission) = (shown.clone(), shown);
         }
-        Ok(Read { name: self.name.clone(), maps, emission, emission_sides, absorption, unlit })
+        Ok(Read { name: self.name.clone(), maps, coverage, emission, emission_sides, absorption, unlit })
     }
 
     fn factors(&mut self, m: &Source) -> Result<Parameters, Fault> {
@@ -222,6 +231,22 @@ impl Reader<'_, '_> {
         texture::read(self.root, self.images, &reference, encoding, &at, self.warnings)
     }
 
+    /// What is there of the surface (glTF 2.0 specification, 3.9.4).
+    fn coverage(&mut self, m: &Source) -> Result<Coverage, Fault> {
+        let alpha = m.pbr_metallic_roughness.base_color_factor.0[3];
+        Ok(match m.alpha_mode {
+            Checked::Valid(AlphaMode::Mask) => Coverage::Mask {
+                factor: self.number("baseColorFactor (alpha)", alpha, 0.0, 1.0)?,
+                cutoff: self.number("alphaCutoff", m.alpha_cutoff.map_or(0.5, |c| c.0), 0.0, f32::MAX)?,
+            },
+            Checked::Valid(AlphaMode::Blend) => {
+                Coverage::Blend { factor: self.number("baseColorFactor (alpha)", alpha, 0.0, 1.0)? }
+            }
+            // Values that glTF does not know have been refused with the whole document.
+            Checked::Valid(AlphaMode::Opaque) | Checked::Invalid => Coverage::Opaque,
+        })
+    }
+
     /// σ_a = −ln(attenuationColor) / attenuationDistance (KHR_materials_volume).
     fn absorption(&mut self, color: Vec3, distance: f32) -> Result<Rgb, Fault> {
         let color = self.color("attenuationColor", color, 1.0)?;
@@ -262,8 +287,6 @@ fn unread(m: &Source) -> Vec<&'static str> {
             ext.and_then(|e| e.volume.as_ref()).is_some_and(|v| v.thickness_texture.is_some()),
             "thickness textures are ignored: the mesh itself bounds the volume",
         ),
-        is(m.alpha_mode == Checked::Valid(AlphaMode::Mask), "alphaMode MASK is not supported yet: shown opaque"),
-        is(m.alpha_mode == Checked::Valid(AlphaMode::Blend), "alphaMode BLEND is not supported yet: shown opaque"),
     ]
     .into_iter()
     .flatten()

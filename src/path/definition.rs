@@ -62,6 +62,11 @@ impl<'a> Path<'a> {
         &self.vertices
     }
 
+    /// V(p_i↔p_{i+1}) of every edge i.
+    pub fn visibility(&self) -> &[f64] {
+        &self.visibility
+    }
+
     /// T(p̄) = Π_{i=1}^{n−1} f̂(p_{i+1}→p_i→p_{i−1}) G(p_{i+1}↔p_i): the fraction of the light at p_n that reaches p_0,
     /// with respect to area measure (lecture, *The rendering equation: sum over paths*). In
     /// (sr m²)^(1−n).
@@ -81,8 +86,8 @@ impl<'a> Path<'a> {
         let n = self.edges();
         let we = f64::from(self.scene.camera.we(&self.vertices[0].point, self.segment(0, 1).direction.as_vec3()));
         let end = &self.vertices[n];
-        let le =
-            self.scene.le(&end.point, self.segment(n, n - 1).direction.as_vec3()).as_dvec3() * f64::from(end.alpha);
+        let le = self.scene.le(&end.point, self.segment(n, n - 1).direction.as_vec3()).as_dvec3()
+            * f64::from(end.point.alpha);
         we * self.geometry_term(0) * self.transmittance(0) * self.throughput() * le
     }
 
@@ -208,7 +213,7 @@ impl<'a> Path<'a> {
 
     /// The probability that a walk along edge `edge` passes what it crosses, and stops at p_i.
     fn passes_and_stops(&self, edge: usize, i: usize) -> f64 {
-        self.visibility[edge] * f64::from(self.vertices[i].alpha)
+        self.visibility[edge] * f64::from(self.vertices[i].point.alpha)
     }
 
     /// f̂(p_{i+1}→p_i→p_{i−1}) = α f_s |ω_{i+1}·N_s| / |ω_{i+1}·N_g|, 1/sr.
@@ -221,7 +226,7 @@ impl<'a> Path<'a> {
         let to_light = self.segment(i, i + 1).direction;
         let shading = v.point.shading_normal.as_dvec3().dot(to_light).abs();
         let geometric = v.point.normal.as_dvec3().dot(to_light).abs();
-        f.as_dvec3() * (shading / geometric * f64::from(v.alpha))
+        f.as_dvec3() * (shading / geometric * f64::from(v.point.alpha))
     }
 
     /// f_s with both densities at p_i by the rule `directions`, zero where N_s and N_g disagree on a direction's side.

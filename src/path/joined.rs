@@ -1,5 +1,7 @@
 //! A full path as the fast form sees it: a camera prefix, a light prefix, and the joint between them.
 
+use std::cmp::Ordering;
+
 use glam::Vec3;
 
 use super::{
@@ -19,7 +21,10 @@ use crate::{
 #[derive(Clone, Copy, Debug)]
 pub struct Joint {
     /// The factors of F between the prefixes: f̂ V⁻¹G f̂ for inner connections, with W_e or L_e at a path's end; L_e alone for s = 0.
+    /// α cancels where a walk stopped; at an end that was sampled on its own it is in L_e.
     value: Rgb,
+    /// V of the connecting edge, 1 until [`JoinedPath::seen`] has found it; it is in this joint's densities.
+    visibility: f32,
     /// c_t and c_{t+1}.
     camera_density: [PdfArea; 2],
     /// l_{t−1} and l_{t−2}.
@@ -64,6 +69,7 @@ impl<'a> JoinedPath<'a> {
         let position = lights.pdf_position(p);
         let joint = Joint {
             value,
+            visibility: 1.0,
             camera_density: [PdfArea::ZERO; 2],
             light_density: [position, lights.pdf_direction(p, to_camera).to_area(&end.back)],
             next_event_ratio: lights.pdf_next_event(p, &before.vertex.point).0 / position.0,
@@ -102,6 +108,7 @@ impl<'a> JoinedPath<'a> {
         let passed = transmittance(scene, &z.vertex.point, &edge, &y.vertex.point, Transport::Radiance);
         let joint = Joint {
             value: value * passed * edge.geometry_factor(),
+            visibility: 1.0,
             camera_density: [camera_face.across.to_area(&edge), light_face.back],
             light_density: [light_face.across.to_area(&edge.reversed()), camera_face.back],
             next_event_ratio,
@@ -129,11 +136,12 @@ impl<'a> JoinedPath<'a> {
         self.raster
     }
 
-    /// F/p as if its visibility were 1, without h_j, over roulette's survival probability: one sample's unweighted estimate.
+    /// F/p without h_j, over roulette's survival probability: one sample's unweighted estimate. With V = 1 on the connecting
+    /// edge before [`JoinedPath::seen`]: what the path could contribute at most.
     #[inline]
     pub fn contribution(&self) -> Rgb {
         let light = self.light.last().map_or(Rgb::ONE, |y| y.beta);
-        self.camera[self.camera.len() - 1].beta * self.joint.value * light
+        self.camera[self.camera.len() - 1].beta * self.joint.value * light * self.joint.visibility
     }
 
     /// w of the technique that found the path. Area sampling shares with nobody.
@@ -145,13 +153,27 @@ impl<'a> JoinedPath<'a> {
         }
     }
 
-    /// V of the connecting edge; the others were found by rays. True for s = 0.
+    /// The path with V of its connecting edge, which costs a ray; `None` if nothing passes. All other edges were found by rays,
+    /// and for s = 0 there is no connection: the path itself.
+    ///
+    /// V is in the densities with which the other strategies walk along this edge, so this comes before any weight.
     #[inline]
-    pub fn visible(&self) -> bool {
-        match (self.camera.last(), self.light.last()) {
-            (Some(z), Some(y)) => self.scene.visible(&z.vertex.point, &y.vertex.point),
-            _ => true,
+    pub fn seen(self) -> Option<Self> {
+        let (Some(z), Some(y)) = (self.camera.last(), self.light.last()) else { return Some(self) };
+        let visibility = self.scene.visible(&z.vertex.point, &y.vertex.point);
+        (visibility > 0.0).then(|| self.seen_through(visibility))
+    }
+
+    /// The path as if V(p_{t−1}↔p_t) were `visibility`.
+    #[inline]
+    fn seen_through(mut self, visibility: f32) -> Self {
+        if visibility != 1.0 {
+            let joint = &mut self.joint;
+            joint.visibility = visibility;
+            joint.camera_density[0].0 *= visibility;
+            joint.light_density[0].0 *= visibility;
         }
+        self
     }
 
     /// Whether it is the background as the camera sees it: a path of one edge to an infinite point.
@@ -172,10 +194,20 @@ impl<'a> JoinedPath<'a> {
         if scattered { step.vertex } else { Vertex::new(step.vertex.point) }
     }
 
+    /// V(p_i↔p_{i+1}), as far as it is known: see [`JoinedPath::seen`].
+    pub fn visibility(&self, i: u32) -> f32 {
+        let t = self.camera.len() as u32;
+        match (i + 1).cmp(&t) {
+            Ordering::Less => self.step(i + 1).back.visibility,
+            Ordering::Equal => self.joint.visibility,
+            Ordering::Greater => self.step(i).back.visibility,
+        }
+    }
+
     /// The path by its definition, for everything that may be slow: oracles, path classes, diagnostics.
-    /// The visibility is recorded as 1 throughout.
     pub fn to_path(&self) -> Path<'a> {
-        Path::new(self.scene, (0..=self.edges()).map(|i| self.vertex(i)).collect())
+        let visibility = (0..self.edges()).map(|i| f64::from(self.visibility(i))).collect();
+        Path::new(self.scene, (0..=self.edges()).map(|i| self.vertex(i)).collect()).with_visibility(visibility)
     }
 
     /// The camera prefix p_0 … p_{t−1}.
@@ -183,7 +215,8 @@ impl<'a> JoinedPath<'a> {
         self.camera
     }
 
-    /// The path with another camera prefix of the same length joined to the same light prefix: for oracles that plant mistakes.
+    /// The path with another camera prefix of the same length joined to the same light prefix, as visible as before: for
+    /// oracles that plant mistakes.
     pub fn with_camera<'b>(&self, camera: &'b [Step]) -> Option<JoinedPath<'b>>
     where
         'a: 'b,
@@ -192,6 +225,7 @@ impl<'a> JoinedPath<'a> {
             JoinedPath::hit(self.scene, camera, self.raster)
         } else {
             JoinedPath::connect(self.scene, camera, self.light, self.joint.next_event_ratio, self.raster)
+                .map(|path| path.seen_through(self.joint.visibility))
         }
     }
 
@@ -288,7 +322,7 @@ fn light_face(scene: &Scene, light: &[Step], to_camera: Vec3) -> Face {
     if light.len() == 1 {
         let p = &y.vertex.point;
         return Face {
-            value: scene.le(p, to_camera),
+            value: scene.le(p, to_camera) * p.alpha,
             across: scene.lights().pdf_direction(p, to_camera),
             back: PdfArea::ZERO,
         };
@@ -321,8 +355,12 @@ impl<'a> JoinedPath<'a> {
         let value = (path.contribution() / path.pdf_area()).as_vec3();
         steps.clear();
         steps.extend(path.vertices().iter().map(|v| Step { beta: Rgb::ONE, ..Step::first(v.point, PdfArea(1.0)) }));
+        for (step, v) in steps.iter_mut().skip(1).zip(path.visibility()) {
+            step.back.visibility = *v as f32;
+        }
         let nothing = [PdfArea::ZERO; 2];
-        let joint = Joint { value, camera_density: nothing, light_density: nothing, next_event_ratio: 1.0 };
+        let joint =
+            Joint { value, visibility: 1.0, camera_density: nothing, light_density: nothing, next_event_ratio: 1.0 };
         let technique = Technique::Area;
         (value != Rgb::ZERO).then_some(Self { scene, camera: steps, light: &[], joint, raster, technique })
     }

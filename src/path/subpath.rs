@@ -31,7 +31,8 @@ pub struct Step {
     /// The edge from this vertex back to its predecessor; meaningless at the subpath's first vertex.
     pub back: Edge,
     /// The prefix of F/p up to this vertex, without f̂ here: Π f̂ G/p, with W_e at the camera or L_e at the light,
-    /// and over the survival probabilities of roulette.
+    /// and over the survival probabilities of roulette. V and α stand in both F and p of what a walk finds, and cancel; only
+    /// the α of the light that a walk starts on does not.
     pub beta: Rgb,
     /// Own-side density: of this vertex given its predecessors in the walk.
     pub pdf_fwd: PdfArea,
@@ -47,7 +48,15 @@ impl Step {
     pub(super) fn first(point: Point, pdf: PdfArea) -> Self {
         Self {
             vertex: Vertex::new(point),
-            back: Edge { direction: Vec3::Z, distance_squared: 1.0, cos_a: 1.0, cos_b: 1.0 },
+            back: Edge {
+                direction: Vec3::Z,
+                distance_squared: 1.0,
+                cos_a: 1.0,
+                cos_b: 1.0,
+                alpha_a: 1.0,
+                alpha_b: 1.0,
+                visibility: 1.0,
+            },
             beta: Rgb::splat(1.0 / pdf.0),
             pdf_fwd: pdf,
             pdf_rev: PdfArea::ZERO,
@@ -171,7 +180,7 @@ impl Subpath {
         let Some(emission) = scene.sample_emission(choose, position, direction) else { return };
         let p = emission.point;
         self.steps.push(Step::first(p, emission.pdf_position));
-        if vertices == 1 || emission.pdf_direction == PdfSolidAngle::ZERO {
+        if vertices == 1 || emission.pdf_direction == PdfSolidAngle::ZERO || p.alpha == 0.0 {
             return;
         }
         let cos = if p.place == Place::Surface { p.normal.dot(emission.direction).abs() } else { 1.0 };
@@ -179,7 +188,7 @@ impl Subpath {
             origin: emission.origin.unwrap_or_else(|| p.ray_origin(emission.direction)),
             direction: emission.direction,
             pdf: emission.pdf_direction,
-            beta: self.steps[0].beta * scene.le(&p, emission.direction) * (cos / emission.pdf_direction.0),
+            beta: self.steps[0].beta * scene.le(&p, emission.direction) * (p.alpha * cos / emission.pdf_direction.0),
             survival: 1.0,
         };
         self.walk(scene, departure, Transport::Importance, vertices, roulette, sampler);
@@ -200,7 +209,7 @@ impl Subpath {
         sampler: &mut impl Sampler,
     ) {
         while self.steps.len() < vertices as usize {
-            if !self.arrive(scene, &departure, transport) || self.steps.len() == vertices as usize {
+            if !self.arrive(scene, &departure, transport, sampler) || self.steps.len() == vertices as usize {
                 return;
             }
             let u = sampler.next_3d();
@@ -211,17 +220,27 @@ impl Subpath {
     }
 
     /// Adds the vertex that the departing ray reaches. False if it leaves the scene.
+    ///
+    /// At a surface with 0 < α < 1 the walk stops with probability α, which takes one random number; else it passes.
     #[inline]
-    fn arrive(&mut self, scene: &Scene, departure: &Departure, transport: Transport) -> bool {
+    fn arrive(
+        &mut self,
+        scene: &Scene,
+        departure: &Departure,
+        transport: Transport,
+        sampler: &mut impl Sampler,
+    ) -> bool {
         let from = &self.steps[self.steps.len() - 1].vertex.point;
-        let (point, left) = match scene.trace_ray(departure.origin, departure.direction, from.primitive) {
+        let stops = |alpha| sampler.next_1d() < alpha;
+        let traced = scene.trace_ray(departure.origin, departure.direction, from.primitive, stops);
+        let (point, left) = match traced.point {
             Some(point) => (point, false),
             None => match scene.lights().environment_at(departure.direction) {
                 Some(point) if transport == Transport::Radiance => (point, true),
                 _ => return false,
             },
         };
-        let edge = Edge::between(from, &point);
+        let edge = Edge { visibility: traced.visibility, ..Edge::between(from, &point) };
         let beta = departure.beta * transmittance(scene, from, &edge, &point, transport);
         self.steps.push(Step {
             vertex: Vertex::new(point),

@@ -186,7 +186,8 @@ fn coverage_enters_v_f_le_and_the_densities_of_walks() {
     let scene = floor_under(Light::Environment { radiance: Rgb::splat(2.0) });
     let sky = Vertex::new(scene.lights().environment_at(Vec3::new(0.0, 0.6, 0.8)).unwrap());
     let opaque = Path::new(&scene, vec![lens(&scene), seen(&scene), sky]);
-    let thin = Vertex { alpha: 0.5, ..seen(&scene) };
+    let mut thin = seen(&scene);
+    thin.point.alpha = 0.5;
     let (v0, v1) = (0.3, 0.7);
     let path = Path::new(&scene, vec![lens(&scene), thin, sky]).with_visibility(vec![v0, v1]);
     assert_close(path.geometry_term(1), v1 * opaque.geometry_term(1));

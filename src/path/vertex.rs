@@ -17,15 +17,13 @@ pub struct Vertex {
     pub point: Point,
     /// The lobe that the path uses here; [`Lobe::Continuous`] at the two ends.
     pub lobe: Lobe,
-    /// α: the surface's coverage in [0, 1]; f and L_e carry it, and V the 1 − α of what a segment crosses.
-    pub alpha: f32,
 }
 
 impl Vertex {
-    /// A vertex at an opaque point, at an end of a path or with the continuous lobe.
+    /// A vertex at an end of a path or with the continuous lobe.
     #[inline]
     pub fn new(point: Point) -> Self {
-        Self { point, lobe: Lobe::Continuous, alpha: 1.0 }
+        Self { point, lobe: Lobe::Continuous }
     }
 
     /// Whether the path passes a delta lobe here, so that nothing can be connected to this vertex.

@@ -10,16 +10,18 @@ use super::{
 use crate::math::Rgb;
 
 /// The index of a material in its scene.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct MaterialId(pub u32);
 
-/// A surface's scattering, its emission, and the absorption of the volume behind it.
+/// A surface's scattering, its coverage, its emission, and the absorption of the volume behind it.
 #[derive(Clone, Debug)]
 pub struct Material {
     /// The name in the file, for messages.
     pub name: String,
     /// The scattering; where there are `maps`, with all of them white.
     pub bsdf: Bsdf,
+    /// How much of the surface is there.
+    pub coverage: Coverage,
     /// Emitted radiance, constant over the front hemisphere; black if the surface is no light. A texture can only darken it.
     pub emission: Rgb,
     /// Which sides emit.
@@ -179,6 +181,17 @@ impl Maps {
         if self.vertex_colors == VertexColors::Emission { texel * at.color().xyz() } else { texel }
     }
 
+    /// What a base colour factor's alpha is multiplied by at a place, in [0, 1].
+    pub fn alpha(&self, at: &Interpolation<'_>) -> f32 {
+        let texel = self.base_color.as_ref().map_or(1.0, |texture| texture.lookup(at.uv(texture.uv_set)).w);
+        if self.vertex_colors == VertexColors::Nothing { texel } else { texel * at.color().w }
+    }
+
+    /// Whether alpha may vary over the surface.
+    pub fn vary_alpha(&self) -> bool {
+        self.base_color.is_some() || self.vertex_colors != VertexColors::Nothing
+    }
+
     /// Whether anything varies over the surface at all.
     pub fn vary(&self) -> bool {
         self.textures().next().is_some() || self.vertex_colors != VertexColors::Nothing
@@ -228,6 +241,47 @@ impl NormalMap {
     }
 }
 
+/// How much of a surface is there (glTF `alphaMode`): the fraction α of it that scatters and emits, while rays pass the rest
+/// undisturbed. It has nothing to do with transmission, which is scattering by what is there.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Coverage {
+    /// All of it.
+    Opaque,
+    /// At each point all or nothing.
+    Mask {
+        /// The base colour factor's alpha.
+        factor: f32,
+        /// From which alpha on the surface is there.
+        cutoff: f32,
+    },
+    /// The fraction that alpha says.
+    Blend {
+        /// The base colour factor's alpha, in [0, 1].
+        factor: f32,
+    },
+}
+
+impl Coverage {
+    /// α in [0, 1] where texture and vertex colour have the alpha `texel`.
+    ///
+    /// It is a multiple of 2⁻²⁴, the step of random numbers: a walk stops with probability α exactly, and 1 − α is exact.
+    #[inline]
+    pub fn alpha(self, texel: f32) -> f32 {
+        const STEPS: f32 = 16_777_216.0;
+        match self {
+            Self::Opaque => 1.0,
+            Self::Mask { factor, cutoff } => {
+                if factor * texel >= cutoff {
+                    1.0
+                } else {
+                    0.0
+                }
+            }
+            Self::Blend { factor } => ((factor * texel).clamp(0.0, 1.0) * STEPS).round() / STEPS,
+        }
+    }
+}
+
 /// Which sides of an emitter emit.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum EmissionSides {
@@ -243,6 +297,7 @@ impl Material {
         Self {
             name: name.to_owned(),
             bsdf,
+            coverage: Coverage::Opaque,
             emission: Rgb::ZERO,
             emission_sides: EmissionSides::Front,
             absorption: Rgb::ZERO,
@@ -254,6 +309,16 @@ impl Material {
     pub fn varying(name: &str, maps: Maps) -> Self {
         let bsdf = maps.factors.bsdf();
         Self { maps: Some(Box::new(maps)), ..Self::new(name, bsdf) }
+    }
+
+    /// α in [0, 1] at a place, which is asked for only if something of the material may be missing there.
+    #[inline]
+    pub fn alpha<'a>(&self, at: impl FnOnce() -> Interpolation<'a>) -> f32 {
+        match (self.coverage, &self.maps) {
+            (Coverage::Opaque, _) => 1.0,
+            (coverage, Some(maps)) if maps.vary_alpha() => coverage.alpha(maps.alpha(&at())),
+            (coverage, _) => coverage.alpha(1.0),
+        }
     }
 
     /// A Lambertian reflector.
@@ -274,6 +339,13 @@ impl Material {
     /// A smooth thin-walled pane.
     pub fn pane(name: &str, ior: f32) -> Self {
         Self::new(name, Bsdf::Thin(ThinDielectric { color: Rgb::ONE, ior, alpha: 0.0, transmission: 1.0 }))
+    }
+
+    /// The same material, there to the extent of `coverage`.
+    #[must_use]
+    pub fn covering(mut self, coverage: Coverage) -> Self {
+        self.coverage = coverage;
+        self
     }
 
     /// The same material, emitting `radiance` from its front face.

@@ -11,7 +11,7 @@ pub mod material;
 pub mod point;
 pub mod texture;
 
-use std::sync::OnceLock;
+use std::{ops::ControlFlow, sync::OnceLock};
 
 use glam::{Vec2, Vec3};
 
@@ -19,10 +19,10 @@ use self::{
     areas::SurfaceAreas,
     bsdf::Bsdf,
     camera::{Camera, Raster},
-    geometry::{Geometry, PrimitiveId, Ray},
+    geometry::{Geometry, Hit, PrimitiveId, Ray},
     light::{Light, Lights},
     light_index::LightIndex,
-    material::{Material, MaterialId},
+    material::{Coverage, Material, MaterialId},
     point::{Place, Point},
 };
 use crate::{math::Rgb, sampling::PdfArea};
@@ -38,6 +38,17 @@ pub struct Scene {
     light_of: LightIndex,
     /// All surfaces and the emitting ones, once somebody asks.
     areas: OnceLock<[SurfaceAreas; 2]>,
+    /// Whether some primitive's material is not opaque: a scene without pays nothing for coverage.
+    see_through: bool,
+}
+
+/// What a ray finds; see [`Scene::trace_ray`].
+#[derive(Clone, Copy, Debug)]
+pub struct Traced {
+    /// Where it stops; `None` if it leaves the scene.
+    pub point: Option<Point>,
+    /// V of the way there: the product of 1 − α over the surfaces that it passes.
+    pub visibility: f32,
 }
 
 impl Scene {
@@ -49,7 +60,10 @@ impl Scene {
         geometry.build();
         let lights = Lights::new(&geometry, &materials, others);
         let light_of = LightIndex::new(&geometry, &lights);
-        Self { camera, geometry, materials, lights, light_of, areas: OnceLock::new() }
+        let partial = |id: MaterialId| materials[id.0 as usize].coverage != Coverage::Opaque;
+        let see_through = materials.iter().any(|m| m.coverage != Coverage::Opaque)
+            && geometry.with_material(&partial).next().is_some();
+        Self { camera, geometry, materials, lights, light_of, areas: OnceLock::new(), see_through }
     }
 
     /// The primitives.
@@ -67,25 +81,53 @@ impl Scene {
         &self.lights
     }
 
-    /// The surface point that a ray in the unit direction `w` from `from` meets first: tr(p, ω) of the lecture.
+    /// The surface point that a ray in the unit direction `w` from `from` meets first, where anything of it is there (α > 0):
+    /// tr(p, ω) of the lecture.
     #[inline]
     pub fn trace(&self, from: &Point, w: Vec3) -> Option<Point> {
-        self.trace_ray(from.ray_origin(w), w, from.primitive)
+        self.trace_ray(from.ray_origin(w), w, from.primitive, |_| true).point
     }
 
-    /// The surface point that a ray in the unit direction `w` from `origin` meets first, other than on the flat primitive `skip`.
+    /// The surface point where a ray in the unit direction `w` from `origin` stops, other than on the flat primitive `skip`.
+    ///
+    /// At each surface with 0 < α < 1, front to back, `stops(α)` decides. With α = 1 the ray stops and with α = 0 it passes,
+    /// without a question.
     #[inline]
-    pub fn trace_ray(&self, origin: Vec3, w: Vec3, skip: PrimitiveId) -> Option<Point> {
+    pub fn trace_ray(&self, origin: Vec3, w: Vec3, skip: PrimitiveId, mut stops: impl FnMut(f32) -> bool) -> Traced {
         let ray = Ray { origin, direction: w, t_max: f32::INFINITY };
-        let hit = self.geometry.closest(&ray, skip)?;
-        let surface = self.geometry.surface(&ray, &hit);
-        let light = self.light_of.get(hit.primitive);
-        Some(Point::on_surface(&self.geometry, &self.materials, hit.primitive, &surface, light))
+        let mut visibility = 1.0;
+        let mut next = self.geometry.closest(&ray, skip);
+        while let Some(hit) = next {
+            let alpha = self.alpha(&hit);
+            if alpha == 1.0 || (alpha > 0.0 && stops(alpha)) {
+                return Traced { point: Some(self.point_at(&ray, &hit)), visibility };
+            }
+            visibility *= 1.0 - alpha;
+            next = self.geometry.closest_after(&ray, skip, &hit);
+        }
+        Traced { point: None, visibility }
     }
 
-    /// V(a↔b): whether the two points see each other. At most one of them is infinite.
     #[inline]
-    pub fn visible(&self, a: &Point, b: &Point) -> bool {
+    fn point_at(&self, ray: &Ray, hit: &Hit) -> Point {
+        let surface = self.geometry.surface(ray, hit);
+        let light = self.light_of.get(hit.primitive);
+        Point::on_surface(&self.geometry, &self.materials, hit.primitive, &surface, light)
+    }
+
+    /// α in [0, 1] where a ray hits: [`Point::alpha`] of the point there, without the rest of it.
+    #[inline]
+    pub fn alpha(&self, hit: &Hit) -> f32 {
+        let material = self.material(self.geometry.material(hit.primitive));
+        material.alpha(|| self.geometry.attributes(hit.primitive, hit.barycentric))
+    }
+
+    /// V(a↔b) in [0, 1]: the product of 1 − α over what the segment between the two points crosses, so 0 or 1 where all is
+    /// opaque. At most one of the points is infinite.
+    ///
+    /// Where surfaces coincide, the one on which an end lies and the others do not count: the segment starts off all of them.
+    #[inline]
+    pub fn visible(&self, a: &Point, b: &Point) -> f32 {
         let (a, b) = if a.place == Place::Infinite { (b, a) } else { (a, b) };
         let ray = if b.place == Place::Infinite {
             Ray { origin: a.ray_origin(b.position), direction: b.position, t_max: f32::INFINITY }
@@ -94,7 +136,16 @@ impl Scene {
             let origin = a.ray_origin(ab);
             Ray { origin, direction: b.ray_origin(-ab) - origin, t_max: 1.0 }
         };
-        !self.geometry.occluded(&ray, [a.primitive, b.primitive])
+        let skip = [a.primitive, b.primitive];
+        if !self.see_through {
+            return if self.geometry.occluded(&ray, skip) { 0.0 } else { 1.0 };
+        }
+        let mut visibility = 1.0;
+        let _ = self.geometry.crossings(&ray, skip, |hit| {
+            visibility *= 1.0 - self.alpha(hit);
+            if visibility == 0.0 { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+        });
+        visibility
     }
 
     /// L_e at `point` in the unit direction `w` away from it; see [`Lights::le`].
@@ -141,7 +192,8 @@ impl Scene {
     /// σ_a of what fills the segment that leaves `a` in the unit direction `ab` and ends at `b`, 1/m; zero for clear space.
     ///
     /// A segment lies inside a volume if either end is a boundary seen from behind; the first end is asked first. Closed
-    /// boundaries that do not overlap give the same answer at both ends. There is no stack of nested volumes.
+    /// boundaries that do not overlap give the same answer at both ends. There is no stack of nested volumes. A surface that the
+    /// segment passes because of its coverage is not there, and bounds nothing: the ends alone decide.
     #[inline]
     pub fn absorption(&self, a: &Point, ab: Vec3, b: &Point) -> Rgb {
         let inside = |p: &Point, w: Vec3| matches!(p.bsdf, Bsdf::Dielectric(_)) && p.normal.dot(w) < 0.0;
@@ -161,7 +213,7 @@ impl Scene {
     }
 
     /// The part of the image, in [0, 1], in which the camera's first surface has delta lobes: what light tracing cannot
-    /// connect to the lens. Estimated with one ray for each cell of a 64 × 64 grid.
+    /// connect to the lens. Estimated with one ray for each cell of a 64 × 64 grid; a surface with α < 1/2 is looked through.
     pub fn seen_specular_fraction(&self) -> f32 {
         const SIDE: u32 = 64;
         let sensor = self.camera.sensor();
@@ -170,7 +222,8 @@ impl Scene {
             let cell = Vec2::new((i % SIDE) as f32 + 0.5, (i / SIDE) as f32 + 0.5) / SIDE as f32;
             let raster = Raster(cell * size);
             let lens = self.camera.sample_lens(raster, Vec2::splat(0.5));
-            let seen = self.trace(&lens, self.camera.direction(&lens, raster));
+            let w = self.camera.direction(&lens, raster);
+            let seen = self.trace_ray(lens.ray_origin(w), w, lens.primitive, |alpha| alpha >= 0.5).point;
             seen.is_some_and(|p| p.bsdf.delta_count() > 0)
         });
         specular.count() as f32 / (SIDE * SIDE) as f32

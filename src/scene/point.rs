@@ -43,6 +43,9 @@ pub struct Point {
     pub material: MaterialId,
     /// The light that emits here, if any.
     pub light: Option<LightId>,
+    /// α: how much of the surface is there, in [0, 1]; 1 where there is no surface. f and L_e of a path's vertex carry it, and
+    /// V the 1 − α of what a segment crosses.
+    pub alpha: f32,
     /// The BSDF here; black where there is no surface.
     pub bsdf: Bsdf,
     /// The radiance that the material emits here from its emitting sides; zero where there is no surface.
@@ -72,6 +75,7 @@ impl Point {
             primitive,
             material: id,
             light,
+            alpha: material.alpha(|| geometry.attributes(primitive, surface.barycentric)),
             bsdf: material.bsdf,
             emission: material.emission,
             barycentric: surface.barycentric,
@@ -108,6 +112,7 @@ impl Point {
             primitive: PrimitiveId::NONE,
             material: MaterialId(u32::MAX),
             light: None,
+            alpha: 1.0,
             bsdf: Bsdf::Diffuse(Diffuse { albedo: Rgb::ZERO }),
             emission: Rgb::ZERO,
             barycentric: Vec2::ZERO,

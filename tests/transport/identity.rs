@@ -50,7 +50,8 @@ fn condition(scene: &Scene, path: &Path, strategy: Technique, integrator: &Integ
     let mut worst = Claim { contribution: DVec3::ZERO, weight: 0.0 };
     for k in 0..6_usize {
         let vertices = path.vertices().iter().enumerate().map(|(i, v)| perturbed(v, 7 * i + 5 * k)).collect();
-        let near = defined(&Path::new(scene, vertices), strategy, integrator);
+        let near = Path::new(scene, vertices).with_visibility(path.visibility().to_vec());
+        let near = defined(&near, strategy, integrator);
         // A perturbation that turns a face away says nothing about rounding short of that.
         if near.contribution.is_finite() && near.weight.is_finite() {
             worst.contribution = worst.contribution.max((near.contribution - exact.contribution).abs());
@@ -186,6 +187,11 @@ fn of_every_path_over_textures() {
     assert_identity("textured emitter", &textures::textured_emitter(scenes::square(32, Filter::Box)), 3);
 }
 
+#[test]
+fn of_every_path_through_and_between_veils() {
+    assert_identity("veils", &scenes::veiled(scenes::square(32, Filter::BlackmanHarris)), 3);
+}
+
 /// A mistake planted into the fast form's numbers.
 #[derive(Clone, Copy, Debug)]
 enum Mistake {
@@ -195,6 +201,10 @@ enum Mistake {
     Reverse,
     /// A refraction's reverse density without its Jacobian dω_B/dω_A.
     Jacobian,
+    /// A reverse density without the probability of passing what lies between.
+    Visibility,
+    /// The same of a forward density.
+    Passing,
 }
 
 impl Mistake {
@@ -220,6 +230,14 @@ impl Mistake {
                 let jacobian = n.dot(to_camera).abs() / (eta * eta * n.dot(to_light).abs());
                 steps[i - 1].pdf_rev = PdfArea(steps[i - 1].pdf_rev.0 / jacobian);
             }
+            Self::Visibility => {
+                let i = (1..steps.len().saturating_sub(2)).find(|i| steps[i + 1].back.visibility < 1.0)?;
+                steps[i].pdf_rev = PdfArea(steps[i].pdf_rev.0 / steps[i + 1].back.visibility);
+            }
+            Self::Passing => {
+                let i = (1..steps.len()).find(|i| steps[*i].back.visibility < 1.0)?;
+                steps[i].pdf_fwd = PdfArea(steps[i].pdf_fwd.0 / steps[i].back.visibility);
+            }
         }
         Some(steps)
     }
@@ -227,9 +245,13 @@ impl Mistake {
 
 #[test]
 fn turns_red_for_each_planted_mistake() {
-    let scene = scenes::zoo(scenes::square(32, Filter::Box));
-    let settings = Settings { max_depth: 6, seed: 3, ..Settings::new(scene.camera.sensor()) };
-    for mistake in [Mistake::Prefix, Mistake::Reverse, Mistake::Jacobian] {
+    let sensor = scenes::square(32, Filter::Box);
+    let settings = Settings { max_depth: 6, seed: 3, ..Settings::new(sensor) };
+    for mistake in [Mistake::Prefix, Mistake::Reverse, Mistake::Jacobian, Mistake::Visibility, Mistake::Passing] {
+        let scene = match mistake {
+            Mistake::Visibility | Mistake::Passing => scenes::veiled(sensor),
+            _ => scenes::zoo(sensor),
+        };
         let integrator = Integrator::new(IntegratorKind::Bdpt, scene.camera.sensor(), 6, Roulette::Off);
         let table = &integrator.clone();
         let counts = Mutex::new((0, 0));

@@ -3,6 +3,7 @@
 #![allow(clippy::print_stdout, clippy::print_stderr)] // a test says what it measured
 
 mod agreement;
+mod alpha;
 mod area;
 mod cameras;
 mod exactness;

@@ -1,8 +1,8 @@
 //! The scenes that the tests render: those of `scenes/`, and small ones built here.
 
-use std::path::Path;
+use std::{path::Path, sync::Arc};
 
-use glam::Vec3;
+use glam::{Vec2, Vec3};
 use pathspace::{
     integrator::IntegratorKind,
     io,
@@ -12,9 +12,10 @@ use pathspace::{
         Scene,
         bsdf::{Bsdf, Dielectric, MetallicRoughness},
         camera::{Camera, Sensor},
-        geometry::Geometry,
+        geometry::{Attributes, Geometry},
         light::Light,
-        material::{EmissionSides, Material, MaterialId},
+        material::{Boundary, Coverage, EmissionSides, Maps, Material, MaterialId, Parameters, VertexColors},
+        texture::{Encoding, Image, Texels, Texture},
     },
 };
 
@@ -136,6 +137,95 @@ pub fn open_zoo(sensor: Sensor) -> Scene {
         Light::Environment { radiance: Rgb::new(0.3, 0.4, 0.5) },
     ];
     let camera = Camera::look_at(v(0.0, 1.4, 3.0), v(0.0, 0.4, 0.0), Vec3::Y, 0.9, sensor);
+    Scene::new(g, materials, &others, camera)
+}
+
+/// A diffuse material whose texture's alpha takes several values, among them 0 and 1, and is multiplied by vertex colours.
+pub fn leafy(name: &str, emission: Rgb) -> Material {
+    let texels = [[200, 90, 60, 255], [90, 180, 90, 0], [60, 90, 200, 120], [220, 220, 120, 200]];
+    let image = Image::new(2, 2, Texels::U8(texels.as_flattened().to_vec()));
+    let mut maps = Maps::new(Parameters {
+        base_color: Rgb::ONE,
+        metallic: 0.0,
+        roughness: 1.0,
+        transmission: 0.0,
+        specular: 0.0,
+        specular_color: Rgb::ONE,
+        ior: 1.5,
+        boundary: Boundary::Opaque,
+    });
+    maps.base_color = Some(Texture::new(Arc::new(image), Encoding::Srgb));
+    maps.vertex_colors = VertexColors::BaseColor;
+    Material::varying(name, maps).emitting(emission)
+}
+
+/// A quad with texture coordinates, and vertex colours whose alpha varies.
+pub fn leaf(geometry: &mut Geometry, corners: [Vec3; 4], material: u32) {
+    let uv = [Vec2::ZERO, Vec2::X, Vec2::ONE, Vec2::Y].map(|uv| uv * 1.5);
+    let colors = [[65535; 4], [65535, 40000, 65535, 50000], [40000, 65535, 65535, 65535], [65535; 4]];
+    let attributes =
+        Attributes { uv: [uv.to_vec(), vec![], vec![], vec![]], colors: colors.to_vec(), ..Attributes::default() };
+    geometry.add_triangles_with(&corners, None, &attributes, &[[0, 1, 2], [0, 2, 3]], MaterialId(material));
+}
+
+/// A room of surfaces that are there in part: before the camera, before the lights, between all else and across each other;
+/// of one of every material, among them a lamp and glass, and masked ones that are there wholly or not at all.
+pub fn veiled(sensor: Sensor) -> Scene {
+    let blend = |material: Material, factor| material.covering(Coverage::Blend { factor });
+    let mask = |material: Material, factor| material.covering(Coverage::Mask { factor, cutoff: 0.5 });
+    let gloss = Bsdf::MetallicRoughness(MetallicRoughness {
+        base_color: Rgb::new(0.7, 0.4, 0.3),
+        metallic: 0.3,
+        alpha: 0.2,
+        dielectric_f0: Rgb::splat(0.04),
+        dielectric_f90: 1.0,
+    });
+    let mut glass = Material::glass("glass", 1.5);
+    glass.absorption = Rgb::new(0.2, 0.9, 2.0);
+    let mut lamp = Material::diffuse("lamp", Rgb::splat(0.3)).emitting(Rgb::new(9.0, 7.0, 4.0));
+    lamp.emission_sides = EmissionSides::Both;
+    let white = Material::diffuse("white", Rgb::new(0.7, 0.72, 0.68));
+    let materials = vec![
+        white.clone(),
+        blend(Material::diffuse("veil", Rgb::new(0.3, 0.5, 0.7)), 0.4),
+        blend(Material::new("gloss", gloss), 0.7),
+        blend(glass, 0.5),
+        blend(lamp.clone(), 0.6),
+        mask(white.clone(), 0.8),
+        mask(white, 0.3),
+        blend(Material::pane("pane", 1.5), 0.5),
+        mask(lamp.clone(), 0.2),
+        lamp,
+        blend(leafy("leaves", Rgb::ZERO), 0.9),
+        mask(leafy("holes", Rgb::ZERO), 0.9),
+        blend(leafy("shining leaves", Rgb::new(2.0, 3.0, 1.0)), 0.9),
+    ];
+    let mut g = Geometry::default();
+    let v = Vec3::new;
+    leaf(&mut g, [v(-0.9, -0.6, 0.3), v(0.9, -0.6, 0.2), v(0.9, 0.8, 0.2), v(-0.9, 0.8, 0.3)], 10);
+    leaf(&mut g, [v(-0.9, -0.7, 0.0), v(0.4, -0.7, -0.5), v(0.4, 0.5, -0.5), v(-0.9, 0.5, 0.0)], 11);
+    leaf(&mut g, [v(-0.6, 0.5, -0.5), v(0.6, 0.5, -0.5), v(0.6, 0.55, 0.5), v(-0.6, 0.55, 0.5)], 12);
+    // The sky shines in through a ceiling and a wall that are there in part.
+    cube_inside(&mut g, 1.0, [0, 2, 0, 1, 0, 0]);
+    quad(&mut g, [v(-1., -1., 0.6), v(1., -1., 0.6), v(1., 1., 0.6), v(-1., 1., 0.6)], 1);
+    quad(&mut g, [v(-1., -1., 0.4), v(1., -1., 0.7), v(1., 1., 0.7), v(-1., 1., 0.4)], 2);
+    quad(&mut g, [v(-0.9, -0.4, -0.9), v(0.9, -0.4, -0.9), v(0.9, -0.3, 0.3), v(-0.9, -0.3, 0.3)], 1);
+    quad(&mut g, [v(-0.4, 0.9, -0.4), v(0.4, 0.9, -0.4), v(0.4, 0.9, 0.4), v(-0.4, 0.9, 0.4)], 9);
+    quad(&mut g, [v(-0.5, 0.7, -0.5), v(0.5, 0.75, -0.5), v(0.5, 0.7, 0.5), v(-0.5, 0.75, 0.5)], 1);
+    quad(&mut g, [v(-0.8, -0.2, -0.7), v(-0.4, -0.2, -0.8), v(-0.4, 0.4, -0.8), v(-0.8, 0.4, -0.7)], 4);
+    quad(&mut g, [v(0.1, -0.9, -0.1), v(0.6, -0.9, -0.2), v(0.6, -0.5, -0.2), v(0.1, -0.5, -0.1)], 5);
+    quad(&mut g, [v(-0.3, -0.2, 0.1), v(0.3, -0.2, 0.0), v(0.3, 0.3, 0.0), v(-0.3, 0.3, 0.1)], 6);
+    quad(&mut g, [v(-0.7, -0.9, 0.1), v(-0.1, -0.9, 0.2), v(-0.1, -0.5, 0.2), v(-0.7, -0.5, 0.1)], 7);
+    quad(&mut g, [v(0.3, 0.0, -0.8), v(0.8, 0.0, -0.7), v(0.8, 0.4, -0.7), v(0.3, 0.4, -0.8)], 8);
+    g.add_sphere(v(-0.45, -0.65, -0.4), 0.3, MaterialId(3));
+    g.add_sphere(v(0.55, -0.1, -0.5), 0.25, MaterialId(2));
+    g.add_sphere(v(0.0, 0.2, -0.6), 0.15, MaterialId(4));
+    let others = [
+        Light::Point { position: v(-0.6, 0.6, 0.3), intensity: Rgb::new(0.5, 0.6, 0.9) },
+        Light::Directional { towards: v(0.3, 0.8, 0.4).normalize(), irradiance: Rgb::splat(2.0) },
+        Light::Environment { radiance: Rgb::new(0.6, 0.8, 1.0) },
+    ];
+    let camera = Camera::look_at(v(0.1, 0.1, 0.95), v(0.0, -0.1, -1.0), Vec3::Y, 1.4, sensor);
     Scene::new(g, materials, &others, camera)
 }
 

@@ -3,7 +3,10 @@
 use super::*;
 use crate::{
     io::{NamedCamera, PunctualLight, ThinLens, View},
-    scene::{bsdf::Bsdf, material::EmissionSides},
+    scene::{
+        bsdf::Bsdf,
+        material::{Coverage, EmissionSides},
+    },
 };
 
 #[test]
@@ -213,6 +216,37 @@ fn the_wanted_scene_is_shown() {
     let none = json!({ "asset": { "version": "2.0" } }).to_string();
     let error = super::super::read(none.as_bytes(), Path::new("."), "x.gltf", Some("0")).unwrap_err().to_string();
     assert!(error.ends_with("the file has none"), "{error}");
+}
+
+#[test]
+fn alpha_modes_become_coverage() {
+    let mut document = triangle();
+    let pbr = json!({ "baseColorFactor": [1, 1, 1, 0.25] });
+    document["materials"] = json!([
+        { "pbrMetallicRoughness": pbr },
+        { "pbrMetallicRoughness": pbr, "alphaMode": "BLEND" },
+        { "pbrMetallicRoughness": pbr, "alphaMode": "MASK" },
+        { "pbrMetallicRoughness": pbr, "alphaMode": "MASK", "alphaCutoff": 0.25 },
+        { "pbrMetallicRoughness": { "baseColorFactor": [1, 1, 1, 1.5] }, "alphaMode": "BLEND" },
+        { "pbrMetallicRoughness": { "baseColorFactor": [1, 1, 1, 1.5] } },
+    ]);
+    let loaded = load(&document).unwrap();
+    let coverage: Vec<_> = loaded.materials[..6].iter().map(|m| m.coverage).collect();
+    assert_eq!(
+        coverage,
+        [
+            Coverage::Opaque,
+            Coverage::Blend { factor: 0.25 },
+            Coverage::Mask { factor: 0.25, cutoff: 0.5 },
+            Coverage::Opaque,
+            Coverage::Opaque,
+            Coverage::Opaque,
+        ]
+    );
+    assert_eq!(coverage.iter().map(|c| c.alpha(1.0)).collect::<Vec<_>>(), [1.0, 0.25, 0.0, 1.0, 1.0, 1.0]);
+    assert_eq!(loaded.warnings.len(), 1, "{:?}", loaded.warnings);
+    document["materials"][1]["alphaMode"] = json!("GLASS");
+    assert!(load(&document).unwrap_err().to_string().contains("/materials/1/alphaMode"));
 }
 
 #[test]

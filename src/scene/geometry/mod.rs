@@ -102,6 +102,14 @@ pub struct Hit {
     pub barycentric: Vec2,
 }
 
+impl Hit {
+    /// A ray meets surfaces in the order of their distance, and at equal distance of their ids.
+    #[inline]
+    fn order(&self) -> (f32, PrimitiveId) {
+        (self.t, self.primitive)
+    }
+}
+
 /// The surface at a point of a primitive.
 #[derive(Clone, Copy, Debug)]
 pub struct Surface {
@@ -203,7 +211,7 @@ impl Geometry {
     pub fn add_mesh(&mut self, mesh: Mesh) -> MeshId {
         self.assert_unbuilt();
         let id = MeshId(u32::try_from(self.meshes.len()).expect("fewer than 2³² meshes"));
-        let (bounds, tree) = (mesh.bounds(), build::build(mesh.leaves().collect()));
+        let (bounds, tree) = (mesh.bounds(), build::build(mesh.leaves().collect(), |l| mesh.material(l.index)));
         self.meshes.push(InstancedMesh { mesh, bounds, tree });
         id
     }
@@ -236,7 +244,7 @@ impl Geometry {
         let primitives = (0..self.world_len()).map(|index| WorldLeaf { shape: self.shape(index), index });
         let instances =
             (0..).zip(&self.instances).map(|(index, i)| WorldLeaf { shape: Shape::Instance(i.bounds), index });
-        self.tree = Some(build::build(primitives.chain(instances).collect()));
+        self.tree = Some(build::build(primitives.chain(instances).collect(), |l| self.world.material(l.index)));
     }
 
     /// The number of primitives in world space; their ids are [`PrimitiveId::world`] of 0…n−1.

@@ -1,4 +1,6 @@
-//! What a ray meets: the two questions, asked of both levels of trees.
+//! What a ray meets: the questions, asked of both levels of trees.
+
+use std::ops::ControlFlow;
 
 use glam::Vec2;
 
@@ -15,9 +17,23 @@ impl Geometry {
     /// # Panics
     /// If there are primitives, but [`Self::build`] has not been called.
     pub fn closest(&self, ray: &Ray, skip: PrimitiveId) -> Option<Hit> {
+        self.first(ray, skip, |_| true)
+    }
+
+    /// The hit that comes next after `hit` along the same ray, in the order of [`Self::closest`]: every surface comes once,
+    /// also where several lie at the same distance; a sphere comes once for each side.
+    ///
+    /// # Panics
+    /// If there are primitives, but [`Self::build`] has not been called.
+    pub fn closest_after(&self, ray: &Ray, skip: PrimitiveId, hit: &Hit) -> Option<Hit> {
+        self.first(ray, skip, |h| h.order() > hit.order())
+    }
+
+    #[inline]
+    fn first(&self, ray: &Ray, skip: PrimitiveId, wanted: impl Fn(&Hit) -> bool) -> Option<Hit> {
         let mut best: Option<Hit> = None;
         self.candidates(ray, &[skip], |hit, limit| {
-            if best.map_or(hit.t < limit, |b| (hit.t, hit.primitive) < (b.t, b.primitive)) {
+            if best.map_or(hit.t < limit, |b| hit.order() < b.order()) && wanted(&hit) {
                 best = Some(hit);
                 hit.t
             } else {
@@ -32,12 +48,29 @@ impl Geometry {
     /// # Panics
     /// If there are primitives, but [`Self::build`] has not been called.
     pub fn occluded(&self, ray: &Ray, skip: [PrimitiveId; 2]) -> bool {
-        let mut hit_any = false;
+        self.crossings(ray, skip, |_| ControlFlow::Break(())).is_break()
+    }
+
+    /// Calls `visit` with everything but the two flat primitives in `skip` that the segment crosses, until it breaks: what
+    /// [`Self::closest_after`] would find one by one, in an order that depends on the geometry alone.
+    ///
+    /// # Panics
+    /// If there are primitives, but [`Self::build`] has not been called.
+    #[inline]
+    pub fn crossings(
+        &self,
+        ray: &Ray,
+        skip: [PrimitiveId; 2],
+        mut visit: impl FnMut(&Hit) -> ControlFlow<()>,
+    ) -> ControlFlow<()> {
+        let mut flow = ControlFlow::Continue(());
         self.candidates(ray, &skip, |hit, limit| {
-            hit_any |= hit.t < ray.t_max;
-            if hit_any { f32::NEG_INFINITY } else { limit }
+            if flow.is_continue() && hit.t < ray.t_max {
+                flow = visit(&hit);
+            }
+            if flow.is_break() { f32::NEG_INFINITY } else { limit }
         });
-        hit_any
+        flow
     }
 
     /// Calls `accept` for what the ray may meet up to the limit, which starts as the ray's end; `accept` gets a hit and
@@ -51,10 +84,11 @@ impl Geometry {
             for primitive in leaf {
                 limit = match primitive.shape {
                     Shape::Instance(_) => self.enter(primitive.index, &prepared, skip, limit, &mut accept),
-                    _ => match primitive.intersect(&prepared, &skip_world) {
-                        Some(hit) => accept(hit, limit),
-                        None => limit,
-                    },
+                    _ => primitive
+                        .intersect(&prepared, &skip_world)
+                        .into_iter()
+                        .flatten()
+                        .fold(limit, |l, h| accept(h, l)),
                 };
             }
             limit
@@ -97,15 +131,15 @@ impl Geometry {
 }
 
 impl WorldLeaf {
-    /// Where the ray meets this primitive at t > 0, unless it is a triangle that is to be skipped.
+    /// Where the ray meets this primitive at t > 0, unless it is a triangle that is to be skipped; of a sphere both sides.
     #[inline]
-    pub(super) fn intersect(&self, ray: &Prepared, skip: &[u32]) -> Option<Hit> {
-        let (t, barycentric) = match &self.shape {
-            Shape::Triangle(s) => s.intersect(ray).filter(|_| !skip.contains(&self.index))?,
-            Shape::Sphere(s) => (s.intersect(ray)?, Vec2::ZERO),
-            Shape::Instance(_) => return None,
-        };
-        Some(Hit { t, primitive: PrimitiveId::world(self.index), barycentric })
+    pub(super) fn intersect(&self, ray: &Prepared, skip: &[u32]) -> [Option<Hit>; 2] {
+        let hit = |(t, barycentric)| Hit { t, primitive: PrimitiveId::world(self.index), barycentric };
+        match &self.shape {
+            Shape::Triangle(s) => [s.intersect(ray).filter(|_| !skip.contains(&self.index)).map(hit), None],
+            Shape::Sphere(s) => s.intersect(ray).map(|t| t.map(|t| hit((t, Vec2::ZERO)))),
+            Shape::Instance(_) => [None; 2],
+        }
     }
 }
 

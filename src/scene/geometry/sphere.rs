@@ -34,30 +34,28 @@ impl Sphere {
         (p, n.as_vec3(), f32::EPSILON * p.abs().max_element())
     }
 
-    /// The first t in 0 < t < `t_max` where the ray meets the sphere, from outside or inside.
+    /// Where the ray meets the sphere at t > 0, from outside and from inside, in this order.
     ///
     /// The quadratic is solved in f64, with the discriminant from the distance of the line to the centre and the
     /// roots without cancellation (Haines et al. 2019, *Ray Tracing Gems*, chapter 7).
     #[inline]
-    pub fn intersect(&self, ray: &Prepared) -> Option<f32> {
+    pub fn intersect(&self, ray: &Prepared) -> [Option<f32>; 2] {
         let (d, r) = (ray.direction.as_dvec3(), f64::from(self.radius));
         let f = ray.origin.as_dvec3() - self.center.as_dvec3();
         let a = d.length_squared();
         let b = -f.dot(d);
         let discriminant = a * (r * r - (f + (b / a) * d).length_squared());
         if discriminant.is_nan() || discriminant < 0.0 {
-            return None;
+            return [None; 2];
         }
         let c = (f.length() - r) * (f.length() + r);
         let q = b + discriminant.sqrt().copysign(b);
         let (s, t) = (c / q, q / a);
         let range = ray.clip(self.bounds());
         if range.near > range.far {
-            return None;
+            return [None; 2];
         }
-        // The smaller positive root. A ray that starts on the sphere has a root at 0, which does not count.
-        let root = [s.min(t), s.max(t)].into_iter().find(|&t| t > 0.0)?;
-        let t = range.clamp(root);
-        (t > 0.0).then_some(t)
+        // A ray that starts on the sphere has a root at 0, which does not count.
+        [s.min(t), s.max(t)].map(|t| (t > 0.0).then(|| range.clamp(t)).filter(|&t| t > 0.0))
     }
 }

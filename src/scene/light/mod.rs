@@ -192,7 +192,7 @@ impl Lights {
             .fold(0.0, f32::max)
     }
 
-    /// L_e at `point` in the unit direction `w` away from it: radiance of an area light or environment,
+    /// L_e/α at `point` in the unit direction `w` away from it: radiance of an area light or environment,
     /// intensity of a point light or a spot, irradiance of a sun. Zero where nothing emits.
     #[inline]
     pub fn le(&self, point: &Point, w: Vec3) -> Rgb {

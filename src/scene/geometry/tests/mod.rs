@@ -2,7 +2,7 @@ mod instance;
 mod offset;
 mod surface;
 
-use std::{collections::HashMap, time::Instant};
+use std::{collections::HashMap, ops::ControlFlow, time::Instant};
 
 use glam::{DAffine3, DMat3, vec3};
 use rand::{RngExt, SeedableRng, rngs::StdRng};
@@ -81,10 +81,17 @@ fn icosphere(levels: u32, center: Vec3, radius: f32) -> (Vec<Vec3>, Vec<[u32; 3]
 
 /// The closest hit by asking every primitive.
 fn brute(g: &Geometry, ray: &Ray, skip: &[PrimitiveId]) -> Option<Hit> {
+    brute_all(g, ray, skip).first().copied()
+}
+
+/// Everything that the ray meets, in order.
+fn brute_all(g: &Geometry, ray: &Ray, skip: &[PrimitiveId]) -> Vec<Hit> {
     let prepared = Prepared::new(ray);
     let world = (0..g.world_len()).filter(|&i| g.area(PrimitiveId::world(i)) > 0.0);
-    let mut hits: Vec<Hit> =
-        world.filter_map(|index| WorldLeaf { shape: g.shape(index), index }.intersect(&prepared, &[])).collect();
+    let mut hits: Vec<Hit> = world
+        .flat_map(|index| WorldLeaf { shape: g.shape(index), index }.intersect(&prepared, &[]))
+        .flatten()
+        .collect();
     for (n, instance) in (0..).zip(&g.instances) {
         let (range, mesh) = (instance.clip(&prepared), &g.meshes[instance.mesh as usize].mesh);
         let object_ray = instance.object_ray(&prepared);
@@ -93,10 +100,10 @@ fn brute(g: &Geometry, ray: &Ray, skip: &[PrimitiveId]) -> Option<Hit> {
             hits.push(Hit { t: range.clamp(f64::from(t)), primitive: PrimitiveId::of(n, i), barycentric });
         }
     }
-    hits.into_iter()
-        .filter(|h| g.is_sphere(h.primitive) || !skip.contains(&h.primitive))
-        .filter(|h| h.t > 0.0 && h.t < ray.t_max)
-        .min_by(|a, b| (a.t, a.primitive).partial_cmp(&(b.t, b.primitive)).expect("no NaN"))
+    hits.retain(|h| g.is_sphere(h.primitive) || !skip.contains(&h.primitive));
+    hits.retain(|h| h.t > 0.0 && h.t < ray.t_max);
+    hits.sort_by(|a, b| a.order().partial_cmp(&b.order()).expect("no NaN"));
+    hits
 }
 
 /// Every primitive.
@@ -109,7 +116,7 @@ fn ids(g: &Geometry) -> Vec<PrimitiveId> {
 #[test]
 fn the_tree_answers_as_no_tree_does() {
     let mut r = rng();
-    let mut hits = 0;
+    let (mut hits, mut passed) = (0, 0);
     for case in 0..60 {
         let mut g = Geometry::default();
         // Small integer coordinates make coplanar, degenerate and duplicate triangles and equal distances common; in
@@ -156,6 +163,9 @@ fn the_tree_answers_as_no_tree_does() {
         }
         g.build();
         let ids = ids(&g);
+        let mut copies = HashMap::<_, u32>::new();
+        corners.iter().for_each(|c| *copies.entry(c.map(|p| p.to_array().map(f32::to_bits))).or_default() += 1);
+        let few_copies = copies.values().all(|&n| n <= 3);
         for _ in 0..500 {
             let zeros = [0; 3].map(|_| r.random_range(0..if case % 3 == 2 { 40 } else { 4 }));
             let origin = point(&mut r);
@@ -180,9 +190,28 @@ fn the_tree_answers_as_no_tree_does() {
             assert_eq!(a.map(key), b.map(key), "case {case}, {ray:?}");
             assert_eq!(g.occluded(&ray, skip), brute(&g, &ray, &skip).is_some(), "case {case}, {ray:?}");
             hits += u32::from(a.is_some());
+            // Everything on the way, front to back and at once. The tree has no fourth copy of a triangle.
+            let orders = |hits: Vec<Hit>| hits.iter().map(Hit::order).collect::<Vec<_>>();
+            let known = |hit: &Hit| few_copies || g.is_sphere(hit.primitive);
+            let mut all = brute_all(&g, &ray, &skip[..1]);
+            all.retain(known);
+            let mut one_by_one: Vec<_> = std::iter::successors(a, |hit| g.closest_after(&ray, skip[0], hit)).collect();
+            one_by_one.retain(known);
+            let mut at_once = Vec::new();
+            let flow = g.crossings(&ray, [skip[0], PrimitiveId::NONE], |hit| {
+                at_once.push(*hit);
+                ControlFlow::Continue(())
+            });
+            assert!(flow.is_continue());
+            at_once.retain(known);
+            at_once.sort_by(|a, b| a.order().partial_cmp(&b.order()).expect("no NaN"));
+            passed += all.len();
+            let all = orders(all);
+            assert_eq!(orders(at_once), all, "case {case}, {ray:?}");
+            assert_eq!(orders(one_by_one), all, "case {case}, {ray:?}");
         }
     }
-    assert!(hits > 3000, "{hits}");
+    assert!(hits > 3000 && passed > 20_000, "{hits} {passed}");
 }
 
 #[test]
