@@ -135,8 +135,10 @@ fn panes_in_a_furnace_cannot_be_seen() {
     g.add_sphere(v(0.2, -0.1, -0.3), 0.4, pathspace::scene::material::MaterialId(1));
     let camera = Camera::look_at(v(0.2, -0.1, 0.7), v(-0.3, 0.2, -1.0), Vec3::Y, 1.2, SENSOR);
     let scene = Scene::new(g, materials, &[], camera);
+    // Not path-light: where surfaces touch or cross, its variance is infinite.
+    let kinds = IntegratorKind::ALL.into_iter().filter(|kind| *kind != IntegratorKind::PathLight).collect::<Vec<_>>();
     for edges in 1..=4 {
-        assert_radiance("furnace", &scene, &IntegratorKind::ALL, edges, 48, albedo.powi(edges as i32 - 1));
+        assert_radiance("furnace", &scene, &kinds, edges, 48, albedo.powi(edges as i32 - 1));
     }
 }
 
