@@ -94,7 +94,7 @@ fn of_a_lamp_every_pane_leaves_its_part() {
         across(&mut g, -4.0, 0.0, 0);
         panes.iter().for_each(|&(z, tilt, material)| across(&mut g, z, tilt, material));
         let camera = Camera::look_at(Vec3::ZERO, Vec3::NEG_Z, Vec3::Y, 0.8, SENSOR);
-        assert_radiance(name, &Scene::new(g, materials.clone(), &[], camera), &IntegratorKind::ALL, 1, 48, expected);
+        assert_radiance(name, &Scene::new(g, materials.clone(), &[], camera), &scenes::WEIGHTED, 1, 48, expected);
     }
 }
 
@@ -135,10 +135,8 @@ fn panes_in_a_furnace_cannot_be_seen() {
     g.add_sphere(v(0.2, -0.1, -0.3), 0.4, pathspace::scene::material::MaterialId(1));
     let camera = Camera::look_at(v(0.2, -0.1, 0.7), v(-0.3, 0.2, -1.0), Vec3::Y, 1.2, SENSOR);
     let scene = Scene::new(g, materials, &[], camera);
-    // Not path-light: where surfaces touch or cross, its variance is infinite.
-    let kinds = IntegratorKind::ALL.into_iter().filter(|kind| *kind != IntegratorKind::PathLight).collect::<Vec<_>>();
     for edges in 1..=4 {
-        assert_radiance("furnace", &scene, &kinds, edges, 48, albedo.powi(edges as i32 - 1));
+        assert_radiance("furnace", &scene, &scenes::WEIGHTED, edges, 48, albedo.powi(edges as i32 - 1));
     }
 }
 
@@ -166,7 +164,7 @@ fn a_mask_leaves_all_or_nothing() {
     let grey = Material::diffuse("card", Rgb::splat(0.4));
     let reference = room([Some(grey.clone()), None]);
     let masked = room([Some(mask(grey.clone(), 0.5)), Some(mask(grey, 0.49))]);
-    for integrator in IntegratorKind::ALL {
+    for integrator in scenes::WEIGHTED {
         let settings = Settings { integrator, max_depth: 6, ..Settings::new(sensor) };
         let [a, b] = [&reference, &masked].map(|scene| render(scene, &settings, 8, None));
         assert!(a.mean().min_element() > 0.1);
