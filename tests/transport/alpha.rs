@@ -79,10 +79,10 @@ fn assert_radiance(name: &str, scene: &Scene, kinds: &[IntegratorKind], edges: u
 #[test]
 fn of_a_lamp_every_pane_leaves_its_part() {
     let lamp = |radiance| Material::diffuse("lamp", Rgb::ZERO).emitting(Rgb::splat(radiance));
-    let alpha = 0.3_f32;
-    let materials = vec![lamp(2.0), veil(alpha), blend(lamp(5.0), 0.4), mask(lamp(7.0), 0.2)];
-    // The camera looks along −z; z, tilt and material of each pane.
-    let stacks: [(&str, &[(f32, f32, u32)], f64); 5] = [
+    let materials = vec![lamp(2.0), veil(0.3), blend(lamp(5.0), 0.4), mask(lamp(7.0), 0.2)];
+    /// The camera looks along −z: z, tilt and material of a pane.
+    type Pane = (f32, f32, u32);
+    let stacks: [(&str, &[Pane], f64); 5] = [
         ("one pane", &[(-2.0, 0.0, 1)], 0.7 * 2.0),
         ("three panes", &[(-1.0, 0.0, 1), (-1.01, 0.0, 1), (-2.0, 0.1, 1)], 0.343 * 2.0),
         ("crossing panes", &[(-2.0, 0.5, 1), (-2.0, -0.5, 1), (-2.0, 0.0, 1)], 0.343 * 2.0),
