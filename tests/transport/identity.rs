@@ -121,7 +121,7 @@ fn check(scene: &Scene, integrator: Integrator, passes: u32) -> (u64, Vec<String
     let seen = Mutex::new((0_u64, Vec::new()));
     let mut renderer = Renderer::with_integrator(scene, &settings, integrator);
     // Without next-event estimation few walks become paths.
-    while renderer.passes() < passes || (renderer.passes() < 200 * passes && seen.lock().unwrap().0 < ENOUGH) {
+    while renderer.passes() < passes || (renderer.passes() < 1000 * passes && seen.lock().unwrap().0 < ENOUGH) {
         renderer.pass_where(&|path| {
             let complaint = disagreement(scene, path, fast(path, table), table);
             let mut seen = seen.lock().unwrap();
@@ -135,7 +135,7 @@ fn check(scene: &Scene, integrator: Integrator, passes: u32) -> (u64, Vec<String
 }
 
 /// As many paths are checked at least.
-const ENOUGH: u64 = 500;
+const ENOUGH: u64 = 200;
 /// The longest of them, in edges.
 const DEPTH: u32 = 7;
 
