@@ -122,7 +122,10 @@ fn part(
     // The last material is the default one; the document's indices were checked.
     let material = primitive.material.map_or(materials.len() - 1, |material| material.value());
     let maps = materials[material].maps();
-    let attributes = attribute::read(accessors, primitive, positions.len(), maps, at, warnings)?;
+    let mut attributes = attribute::read(accessors, primitive, positions.len(), maps, at, warnings)?;
+    if !attributes.tangents.is_empty() {
+        pose::morph_tangents(accessors, primitive, weights, &mut attributes.tangents, at)?;
+    }
     let mut part = Part { positions, normals, attributes, triangles, influences, material };
     if let Some(normal) = &maps.normal
         && part.attributes.tangents.is_empty()

@@ -55,6 +55,32 @@ pub(super) fn morph(
     }
 }
 
+/// Moves tangents by the morph targets, as [`morph`] moves normals; their signs stay.
+pub(super) fn morph_tangents(
+    accessors: Accessors<'_>,
+    primitive: &Primitive,
+    weights: &[f32],
+    tangents: &mut [Vec4],
+    at: &str,
+) -> Result<(), Fault> {
+    let targets = primitive.targets.as_deref().unwrap_or_default();
+    for (i, (target, &weight)) in targets.iter().zip(weights).enumerate().filter(|(_, (_, weight))| **weight != 0.0) {
+        let Some(source) = target.tangents else { continue };
+        let offsets = accessors.vec3(source)?;
+        if offsets.len() != tangents.len() {
+            let what = format!("there are {} displacements for {} vertices", offsets.len(), tangents.len());
+            return Err(Fault::invalid(format!("{at}/targets/{i}/TANGENT"), what));
+        }
+        for (tangent, offset) in tangents.iter_mut().zip(offsets) {
+            *tangent += (weight * offset).extend(0.0);
+        }
+    }
+    match tangents.iter().position(|t| !t.is_finite()) {
+        None => Ok(()),
+        Some(i) => Err(Fault::invalid(format!("{at}/targets"), format!("they turn tangent {i} to {}", tangents[i]))),
+    }
+}
+
 /// Which joints move each vertex, and by how much: four at a time.
 #[derive(Default)]
 pub(super) struct Influences(Vec<Influence>);

@@ -16,7 +16,7 @@ use crate::{
 const UNIFORM: f32 = 0.1;
 
 /// How finely each of a scene's textured emissive triangles is looked at, so that all of them together take neither long nor
-/// much memory: at most four million cells and 64 million lookups.
+/// much memory: at most a million cells and 16 million lookups, about a second.
 #[derive(Clone, Copy, Debug)]
 pub struct Detail {
     /// The most cells along an edge of a triangle.
@@ -29,7 +29,7 @@ impl Detail {
     /// For so many triangles.
     pub fn among(triangles: usize) -> Self {
         let share = |total: f64| (total / triangles.max(1) as f64).sqrt() as u32;
-        Self { cells: share(4e6).clamp(1, 64), lookups: share(64e6).clamp(2, 2048) }
+        Self { cells: share(1e6).clamp(1, 64), lookups: share(16e6).clamp(2, 2048) }
     }
 }
 
@@ -317,7 +317,7 @@ mod tests {
     fn detail_is_shared_among_the_triangles() {
         for n in [0, 1, 100, 1_000_000, 100_000_000] {
             let Detail { cells, lookups } = Detail::among(n);
-            assert!(cells >= 1 && lookups >= 2 && n as f64 * f64::from(cells).powi(2) <= 4e6_f64.max(n as f64));
+            assert!(cells >= 1 && lookups >= 2 && n as f64 * f64::from(cells).powi(2) <= 1e6_f64.max(n as f64));
         }
     }
 }
