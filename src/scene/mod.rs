@@ -133,8 +133,7 @@ impl Scene {
             Ray { origin: a.ray_origin(b.position), direction: b.position, t_max: f32::INFINITY }
         } else {
             let ab = b.position - a.position;
-            let origin = a.ray_origin(ab);
-            Ray { origin, direction: b.ray_origin(-ab) - origin, t_max: 1.0 }
+            Ray::between(a.ray_origin(ab), b.ray_origin(-ab))
         };
         let skip = [a.primitive, b.primitive];
         if !self.see_through {

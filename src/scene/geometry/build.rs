@@ -40,7 +40,8 @@ fn drop_copies<L: Leaf>(primitives: &mut Vec<L>, material: impl Fn(&L) -> Materi
     let mut seen = HashMap::<_, u8>::new();
     primitives.retain(|p| {
         p.triangle().is_none_or(|t| {
-            let copies = seen.entry((t.0.map(|c| c.map(f32::to_bits)), material(p))).or_default();
+            let bits = t.corners().map(|c| c.to_array().map(f32::to_bits));
+            let copies = seen.entry((bits, material(p))).or_default();
             *copies = copies.saturating_add(1);
             *copies <= 3
         })

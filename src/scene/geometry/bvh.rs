@@ -40,7 +40,7 @@ pub(super) trait Leaf: Copy {
     fn is_solid(&self) -> bool;
 }
 
-/// A triangle of an instanced mesh. 40 bytes.
+/// A triangle of an instanced mesh. 52 bytes.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct MeshLeaf {
     pub triangle: Triangle,
@@ -48,7 +48,7 @@ pub(super) struct MeshLeaf {
     pub index: u32,
 }
 
-/// What lies in world space: a primitive, or an instance. 44 bytes.
+/// What lies in world space: a primitive, or an instance. 56 bytes.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct WorldLeaf {
     pub shape: Shape,

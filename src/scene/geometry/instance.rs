@@ -57,12 +57,12 @@ impl Placement {
     }
 
     /// A bound on what rounding world coordinates of magnitude `world` and object coordinates of magnitude `object` to
-    /// f32 moves a point, per coordinate in world space. Twice what one rounding of each makes, so that points next to
-    /// the given one are covered as well.
+    /// f32 moves a point, per coordinate in world space. Four times what one rounding of each makes, so that points next to
+    /// the given one are covered as well, and the rounding of a segment that ends there.
     fn rounding(&self, object: Vec3, world: DVec3) -> DVec3 {
         let m = self.to_world.matrix3;
         let abs = DMat3::from_cols(m.x_axis.abs(), m.y_axis.abs(), m.z_axis.abs());
-        f64::from(f32::EPSILON) * (world.abs() + abs * object.abs().as_dvec3())
+        2.0 * f64::from(f32::EPSILON) * (world.abs() + abs * object.abs().as_dvec3())
     }
 }
 
@@ -113,7 +113,7 @@ impl Instance {
         let error = self.placement.rounding(object.as_vec3(), world).max_element() as f32;
         let normal = (self.placement.to_object.matrix3.transpose() * triangle.cross()).try_normalize();
         let normal = normal.map_or(Vec3::Z, |n| n.as_vec3());
-        let corners = mesh.corner_normals(index).map(|n| self.normal(n));
+        let corners = mesh.corner_normals(index).map(|corners| corners.map(|n| self.normal(n)));
         let shading_normal = shading_normal(corners, b, normal);
         Surface { position: world.as_vec3(), normal, shading_normal, error, barycentric: b }
     }

@@ -18,6 +18,20 @@ pub struct Mesh {
 struct IndexedTriangle {
     corners: [u32; 3],
     material: MaterialId,
+    /// N_g by winding: what every hit needs, and f64 has to find.
+    normal: Vec3,
+    shading: Shading,
+}
+
+#[cfg(test)]
+pub(super) const TRIANGLE_BYTES: usize = size_of::<IndexedTriangle>();
+
+#[derive(Clone, Copy, Debug)]
+enum Shading {
+    /// N_s is N_g.
+    Flat,
+    /// N_s is interpolated from the corners' normals.
+    Smooth,
 }
 
 impl Mesh {
@@ -64,8 +78,13 @@ impl Mesh {
             }
             None => self.normals.resize(self.positions.len(), Vec3::ZERO),
         }
-        let shifted = indices.iter().map(|t| IndexedTriangle { corners: t.map(|i| base + i), material });
-        self.triangles.extend(shifted);
+        let shading = if normals.is_some() { Shading::Smooth } else { Shading::Flat };
+        self.triangles.extend(indices.iter().map(|t| IndexedTriangle {
+            corners: t.map(|i| base + i),
+            material,
+            normal: Triangle::new(t.map(|i| positions[i as usize])).normal(),
+            shading,
+        }));
     }
 
     /// The number of triangles.
@@ -94,9 +113,14 @@ impl Mesh {
         self.triangles[index as usize].material
     }
 
-    /// The normals of the triangle's corners; zero where there are none.
-    pub(super) fn corner_normals(&self, index: u32) -> [Vec3; 3] {
-        self.triangles[index as usize].corners.map(|i| self.normals[i as usize])
+    /// The normals of the triangle's corners; `None` where it is flat.
+    #[inline]
+    pub(super) fn corner_normals(&self, index: u32) -> Option<[Vec3; 3]> {
+        let triangle = &self.triangles[index as usize];
+        match triangle.shading {
+            Shading::Flat => None,
+            Shading::Smooth => Some(triangle.corners.map(|i| self.normals[i as usize])),
+        }
     }
 
     /// The attributes at the barycentric coordinates `b`; none of a triangle that the mesh does not have.
@@ -111,17 +135,25 @@ impl Mesh {
     }
 
     /// The surface in the mesh's own space, at the barycentric coordinates `b`.
+    ///
+    /// The bound on the position's error is γ₇ Σ|bᵢpᵢ| (Pharr, Jakob & Humphreys, *Physically Based Rendering*, 6.8.4).
+    #[inline]
     pub(super) fn surface(&self, index: u32, b: Vec2) -> Surface {
-        let triangle = self.triangle(index);
-        let (position, error) = triangle.point(b);
-        let normal = triangle.normal();
+        const GAMMA_7: f32 = 7.0 * (f32::EPSILON / 2.0) / (1.0 - 7.0 * (f32::EPSILON / 2.0));
+        let triangle = &self.triangles[index as usize];
+        let [p, q, r] = triangle.corners.map(|i| self.positions[i as usize]);
+        let (p, q, r) = (p * (1.0 - b.x - b.y), q * b.x, r * b.y);
+        let error = GAMMA_7 * (p.abs() + q.abs() + r.abs()).max_element();
+        let normal = triangle.normal;
         let shading_normal = shading_normal(self.corner_normals(index), b, normal);
-        Surface { position, normal, shading_normal, error, barycentric: b }
+        Surface { position: p + q + r, normal, shading_normal, error, barycentric: b }
     }
 }
 
-/// N_s from the normals of a triangle's corners, on the side of N_g; N_g where they have no direction.
-pub(super) fn shading_normal([p, q, r]: [Vec3; 3], b: Vec2, normal: Vec3) -> Vec3 {
+/// N_s from the normals of a triangle's corners, on the side of N_g; N_g where there are none, or they have no direction.
+#[inline]
+pub(super) fn shading_normal(corners: Option<[Vec3; 3]>, b: Vec2, normal: Vec3) -> Vec3 {
+    let Some([p, q, r]) = corners else { return normal };
     let interpolated = p * (1.0 - b.x - b.y) + q * b.x + r * b.y;
     match interpolated.try_normalize() {
         Some(n) if n.dot(normal) < 0.0 => -n,

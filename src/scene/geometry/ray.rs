@@ -15,9 +15,30 @@ pub struct Ray {
     pub t_max: f32,
 }
 
+impl Ray {
+    /// The segment between two points, t from 0 to 1.
+    ///
+    /// It starts at the point with the smaller coordinates. The difference of the points rounds as the larger coordinates do, so
+    /// it misses the other end by no more than that end's own error allows, and a small thing lit from far away does not
+    /// shadow itself.
+    #[inline]
+    pub fn between(a: Vec3, b: Vec3) -> Self {
+        let (from, to) = if b.abs().max_element() < a.abs().max_element() { (b, a) } else { (a, b) };
+        Self { origin: from, direction: to - from, t_max: 1.0 }
+    }
+}
+
 /// Boxes are entered a little early and left a little late (Ize 2013, *Robust BVH Ray Traversal*): three roundings of
 /// the box test itself, and about five of the shear in the triangle test that must find its triangle inside.
 const SLACK: f32 = 4.0 * f32::EPSILON;
+
+/// A coordinate axis: an index that is known to be in range.
+#[derive(Clone, Copy, Debug)]
+pub(super) enum Axis {
+    X,
+    Y,
+    Z,
+}
 
 /// A ray prepared for traversal.
 #[derive(Clone, Copy, Debug)]
@@ -26,7 +47,7 @@ pub(super) struct Prepared {
     pub direction: Vec3,
     inverse: Vec3,
     /// The axes x, y, z of the sheared frame: z is where the direction is largest.
-    pub axes: [usize; 3],
+    pub axes: [Axis; 3],
     /// The shear that turns the direction into +z: `x −= shear[0]·z`, `y −= shear[1]·z`.
     pub shear: [f32; 2],
 }
@@ -54,17 +75,15 @@ impl BoxPair {
 impl Prepared {
     pub fn new(ray: &Ray) -> Self {
         let d = ray.direction;
-        let z = d.abs().max_position();
-        let (x, y) = ((z + 1) % 3, (z + 2) % 3);
+        let axes = match d.abs().max_position() {
+            0 => [Axis::Y, Axis::Z, Axis::X],
+            1 => [Axis::Z, Axis::X, Axis::Y],
+            _ => [Axis::X, Axis::Y, Axis::Z],
+        };
+        let [x, y, z] = axes.map(|axis| d[axis as usize]);
         // An inverse that is finite even for ±0 keeps 0·∞ = NaN out of the box test.
         let inverse = d.to_array().map(|c| if c.abs() < 1e-18 { 1e18_f32.copysign(c) } else { 1.0 / c });
-        Self {
-            origin: ray.origin,
-            direction: d,
-            inverse: Vec3::from_array(inverse),
-            axes: [x, y, z],
-            shear: [d[x] / d[z], d[y] / d[z]],
-        }
+        Self { origin: ray.origin, direction: d, inverse: Vec3::from_array(inverse), axes, shear: [x / z, y / z] }
     }
 
     /// Where the line is inside a box, from t = 0 on. Every operation is monotone, so a box inside another never has

@@ -27,11 +27,11 @@ impl Sphere {
     }
 
     /// The point in the given direction from the centre, the unit normal there, and a bound on the rounding of the
-    /// point's coordinates: computed in f64, rounded once.
+    /// point's coordinates: computed in f64, rounded once, with room for the rounding of a segment that ends there.
     pub fn point(&self, towards: DVec3) -> (Vec3, Vec3, f32) {
         let n = towards.try_normalize().unwrap_or(DVec3::Z);
         let p = (self.center.as_dvec3() + f64::from(self.radius) * n).as_vec3();
-        (p, n.as_vec3(), f32::EPSILON * p.abs().max_element())
+        (p, n.as_vec3(), 2.0 * f32::EPSILON * p.abs().max_element())
     }
 
     /// Where the ray meets the sphere at t > 0, from outside and from inside, in this order.

@@ -1,35 +1,46 @@
 //! Triangles: the watertight intersection test and their measures.
 
-use glam::{DVec3, Vec2, Vec3};
+use glam::{DVec3, Vec2, Vec3, Vec4, Vec4Swizzles};
 
-use super::{Bounds, ray::Prepared};
+use super::{
+    Bounds,
+    ray::{Axis, Prepared},
+};
 
-/// A triangle's corners, stored where the ray finds them.
+/// A triangle's corners as the ray wants them: for each axis the coordinates of the three corners, and a zero to fill a vector.
+/// 48 bytes, which need not be aligned.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Triangle(pub [[f32; 3]; 3]);
+pub(super) struct Triangle {
+    axes: [[f32; 4]; 3],
+}
 
 impl Triangle {
-    pub fn new(corners: [Vec3; 3]) -> Self {
-        Self(corners.map(|p| p.to_array()))
+    pub fn new([a, b, c]: [Vec3; 3]) -> Self {
+        Self { axes: [[a.x, b.x, c.x, 0.0], [a.y, b.y, c.y, 0.0], [a.z, b.z, c.z, 0.0]] }
     }
 
-    fn corners(&self) -> [Vec3; 3] {
-        self.0.map(Vec3::from_array)
+    #[inline]
+    pub fn corners(&self) -> [Vec3; 3] {
+        let [x, y, z] = &self.axes;
+        [Vec3::new(x[0], y[0], z[0]), Vec3::new(x[1], y[1], z[1]), Vec3::new(x[2], y[2], z[2])]
     }
 
+    #[inline]
     pub fn bounds(&self) -> Bounds {
         let [a, b, c] = self.corners();
         Bounds { min: a.min(b).min(c), max: a.max(b).max(c) }
     }
 
     /// The edges from the first corner to the second and the third.
+    #[inline]
     pub fn edges(&self) -> [DVec3; 2] {
-        let [a, b, c] = self.corners().map(|p| p.as_dvec3());
-        [b - a, c - a]
+        let [a, b, c] = self.corners();
+        [b.as_dvec3() - a.as_dvec3(), c.as_dvec3() - a.as_dvec3()]
     }
 
     /// The cross product of the edges: twice the area long, along N_g. In f64 it neither under- nor overflows, and is
     /// exactly zero where f32 corners lie on one line of moderate extent.
+    #[inline]
     pub fn cross(&self) -> DVec3 {
         let [u, v] = self.edges();
         u.cross(v)
@@ -50,15 +61,6 @@ impl Triangle {
         self.cross().try_normalize().map_or(Vec3::Z, |n| n.as_vec3())
     }
 
-    /// The point with the given barycentric coordinates, and the bound γ₇ Σ|bᵢpᵢ| on the rounding of its coordinates
-    /// (Pharr, Jakob & Humphreys, *Physically Based Rendering*, 6.8.4).
-    pub fn point(&self, b: Vec2) -> (Vec3, f32) {
-        const GAMMA_7: f32 = 7.0 * (f32::EPSILON / 2.0) / (1.0 - 7.0 * (f32::EPSILON / 2.0));
-        let [p, q, r] = self.corners();
-        let (p, q, r) = (p * (1.0 - b.x - b.y), q * b.x, r * b.y);
-        (p + q + r, GAMMA_7 * (p.abs() + q.abs() + r.abs()).max_element())
-    }
-
     /// The point with the given barycentric coordinates, on the triangle's plane to the precision of f64.
     pub fn point_f64(&self, b: Vec2) -> DVec3 {
         let [p, q, r] = self.corners().map(|p| p.as_dvec3());
@@ -74,37 +76,36 @@ impl Triangle {
     /// counts as inside, so nothing passes between two triangles that share an edge.
     #[inline]
     pub fn intersect(&self, ray: &Prepared) -> Option<(f32, Vec2)> {
-        let [x, y, z] = ray.axes;
-        let o = ray.origin.to_array();
-        let sheared = |p: &[f32; 3]| {
-            let h = p[z] - o[z];
-            ((p[x] - o[x]) - ray.shear[0] * h, (p[y] - o[y]) - ray.shear[1] * h)
-        };
-        let (ax, ay) = sheared(&self.0[0]);
-        let (bx, by) = sheared(&self.0[1]);
-        let (cx, cy) = sheared(&self.0[2]);
-        let u = cx * by - cy * bx;
-        let v = ax * cy - ay * cx;
-        let w = bx * ay - by * ax;
-        if ((u < 0.0) | (v < 0.0) | (w < 0.0)) & ((u > 0.0) | (v > 0.0) | (w > 0.0)) {
+        let [kx, ky, kz] = ray.axes;
+        let from_origin = |k: Axis| Vec4::from_array(self.axes[k as usize]) - Vec4::splat(ray.origin[k as usize]);
+        let h = from_origin(kz);
+        let x = from_origin(kx) - Vec4::splat(ray.shear[0]) * h;
+        let y = from_origin(ky) - Vec4::splat(ray.shear[1]) * h;
+        // Lane by lane x_c y_b − y_c x_b, x_a y_c − y_a x_c, x_b y_a − y_b x_a; the last lane is 0.
+        let edges = x.zxyw() * y.yzxw() - y.zxyw() * x.yzxw();
+        let (outside, inside) = (edges.cmplt(Vec4::ZERO).bitmask() & 7, edges.cmpgt(Vec4::ZERO).bitmask() & 7);
+        if outside != 0 && inside != 0 {
             return None;
         }
-        let det = u + v + w;
+        let det = edges.x + edges.y + edges.z;
         if det == 0.0 || !det.is_finite() {
             return None;
         }
         let t = self.distance(ray)?;
-        Some((t, Vec2::new(v / det, w / det)))
+        Some((t, Vec2::new(edges.y / det, edges.z / det)))
     }
 
     /// Where a ray that the edge functions let through meets the triangle's plane. In f64, so that the side of the
     /// plane on which the ray starts is decided without error; few candidates get here.
+    #[inline]
     fn distance(&self, ray: &Prepared) -> Option<f32> {
         let range = ray.clip(self.bounds());
+        if range.near > range.far {
+            return None; // Behind the ray, for the most part.
+        }
         let n = self.cross();
-        let a = Vec3::from_array(self.0[0]).as_dvec3();
-        let t = n.dot(a - ray.origin.as_dvec3()) / n.dot(ray.direction.as_dvec3());
-        let t = range.clamp(t);
-        (range.near <= range.far && t > 0.0).then_some(t)
+        let a = self.corners()[0].as_dvec3();
+        let t = range.clamp(n.dot(a - ray.origin.as_dvec3()) / n.dot(ray.direction.as_dvec3()));
+        (t > 0.0).then_some(t)
     }
 }

@@ -116,7 +116,7 @@ fn the_error_of_a_surface_covers_the_way_out_and_back() {
                 let origin = offset_origin(s.position, s.normal, s.error, direction);
                 let back = instance.object_ray(&Prepared::new(&ray(origin, direction)));
                 let triangle = mesh.triangle(index);
-                let corner = Vec3::from_array(triangle.0[0]).as_dvec3();
+                let corner = triangle.corners()[0].as_dvec3();
                 let height = triangle.cross().normalize().dot(back.origin.as_dvec3() - corner);
                 assert!(height * f64::from(side) > 0.0, "{name}: the origin is {height} m off, on the wrong side");
             }

@@ -7,7 +7,11 @@ use std::{collections::HashMap, ops::ControlFlow, time::Instant};
 use glam::{DAffine3, DMat3, vec3};
 use rand::{RngExt, SeedableRng, rngs::StdRng};
 
-use super::{bvh::MAX_DEPTH, ray::Prepared, *};
+use super::{
+    bvh::{MAX_DEPTH, Node},
+    ray::Prepared,
+    *,
+};
 use crate::math::Frame;
 
 const M: MaterialId = MaterialId(0);
@@ -317,4 +321,12 @@ fn an_empty_scene_is_empty() {
     assert!(g.is_empty() && g.bounds().is_none());
     assert!(g.closest(&ray(Vec3::ZERO, Vec3::X), PrimitiveId::NONE).is_none());
     assert!(!g.occluded(&ray(Vec3::ZERO, Vec3::X), [PrimitiveId::NONE; 2]));
+}
+
+#[test]
+fn sizes_are_what_the_documentation_says() {
+    use std::mem::size_of;
+    let sizes = [size_of::<WorldLeaf>(), size_of::<MeshLeaf>(), size_of::<Node>(), size_of::<Instance>()];
+    assert_eq!(sizes, [56, 52, 64, 256]);
+    assert_eq!((mesh::TRIANGLE_BYTES, size_of::<PrimitiveId>()), (32, 8));
 }

@@ -1,6 +1,6 @@
 //! Rays that leave a surface.
 
-use glam::vec3;
+use glam::{DQuat, DVec3, vec3};
 use rand::rngs::StdRng;
 
 use super::*;
@@ -94,6 +94,72 @@ fn rays_that_leave_a_sphere_do_not_meet_it_again() {
                 let again = ray(offset_origin(far.position, far.normal, far.error, far.normal), far.normal);
                 assert!(g.closest(&again, PrimitiveId::NONE).is_none());
             }
+        }
+    }
+}
+
+/// A sphere of flat triangles as the world's own or as an instance, around `center` and of this size.
+fn ball(size: f32, center: Vec3, instanced: bool) -> Geometry {
+    let mut g = Geometry::default();
+    if instanced {
+        let (p, t) = icosphere(3, Vec3::ZERO, 1.0);
+        let mut mesh = Mesh::default();
+        mesh.add_triangles(&p, None, &t, M);
+        let mesh = g.add_mesh(mesh);
+        let place = DAffine3::from_scale_rotation_translation(
+            DVec3::splat(size.into()),
+            DQuat::from_axis_angle(DVec3::new(0.48, 0.6, 0.64), 1.0),
+            center.as_dvec3(),
+        );
+        g.add_instance(mesh, Placement::new(place).expect("usable"));
+    } else {
+        let (p, t) = icosphere(3, center, size);
+        g.add_triangles(&p, None, &t, M);
+    }
+    built(g)
+}
+
+/// Light from everywhere outside reaches every point of a convex mesh: no acne, with a sun or a lamp near or far.
+#[test]
+fn a_convex_mesh_does_not_shadow_itself() {
+    let mut r = rng();
+    let places = [
+        (1e-4, Vec3::ZERO),
+        (1.0, Vec3::ZERO),
+        (1e6, Vec3::ZERO),
+        (1.0, vec3(1e3, -2e3, 3e3)),
+        (10.0, vec3(1e6, 1e6, -1e6)),
+        (1e-4, vec3(10.0, -10.0, 10.0)),
+    ];
+    for (size, center) in places {
+        for instanced in [false, true] {
+            let g = ball(size, center, instanced);
+            let ids = ids(&g);
+            let mut tested = 0;
+            for i in 0..40_000 {
+                let id = ids[r.random_range(0..ids.len())];
+                let s = g.sample(id, square(&mut r));
+                let out = Frame::around(s.normal).to_world(warp::cosine_hemisphere(square(&mut r)));
+                if s.normal.dot(out) < 1e-3 {
+                    continue;
+                }
+                let origin = offset_origin(s.position, s.normal, s.error, out);
+                let lamp = s.position + out * size * [0.1, 1.0, 30.0, 3000.0][i % 4];
+                let sun = ray(origin, out);
+                assert!(!g.occluded(&sun, [id, PrimitiveId::NONE]), "{size} {center} {instanced}: sun at {s:?}");
+                let from_lamp = Ray::between(lamp, origin);
+                // A lamp within the offset of the surface, or one whose coordinates are too coarse for its direction, says nothing.
+                let to_lamp = lamp - s.position;
+                if s.normal.dot(to_lamp) < (8.0 * s.error).max(1e-2 * to_lamp.length()) {
+                    continue;
+                }
+                tested += 1;
+                assert!(
+                    !g.occluded(&from_lamp, [PrimitiveId::NONE, id]),
+                    "{size} {center} {instanced}: lamp {lamp} at {s:?}"
+                );
+            }
+            assert!(tested > 20_000, "{size} {center}: {tested}");
         }
     }
 }
