@@ -9,6 +9,7 @@ mod cameras;
 mod exactness;
 mod furnace;
 mod identity;
+mod instances;
 mod lecture;
 mod lights;
 mod public;
