@@ -14,6 +14,7 @@ mod lecture;
 mod lights;
 mod public;
 mod report;
+mod robustness;
 mod scenes;
 mod statistics;
 mod textures;
