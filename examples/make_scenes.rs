@@ -5,6 +5,10 @@
 
 #[path = "make_scenes/glb.rs"]
 mod glb;
+#[path = "make_scenes/images.rs"]
+mod images;
+#[path = "make_scenes/lights.rs"]
+mod lights;
 #[path = "make_scenes/shapes.rs"]
 mod shapes;
 
@@ -30,7 +34,7 @@ fn main() -> io::Result<()> {
     Ok(())
 }
 
-fn scenes() -> [(&'static str, Vec<u8>); 6] {
+fn scenes() -> [(&'static str, Vec<u8>); 13] {
     [
         ("cornell-box.glb", cornell_box()),
         ("cornell-spheres.glb", cornell_spheres()),
@@ -38,6 +42,13 @@ fn scenes() -> [(&'static str, Vec<u8>); 6] {
         ("caustic-ring.glb", caustic_ring()),
         ("caustic-sphere.glb", caustic_sphere()),
         ("furnace.glb", furnace()),
+        ("mis-plates.glb", lights::mis_plates()),
+        ("many-lights.glb", lights::many_lights()),
+        ("textured-room.glb", lights::textured_room()),
+        ("outdoor.glb", lights::outdoor()),
+        ("outdoor-sky.hdr", lights::outdoor_sky()),
+        ("glass-and-metal.glb", lights::glass_and_metal()),
+        ("mirrored-lamps.glb", lights::mirrored_lamps()),
     ]
 }
 

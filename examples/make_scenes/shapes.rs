@@ -24,14 +24,18 @@ pub fn unit(a: V3) -> V3 {
 pub struct Mesh {
     pub positions: Vec<V3>,
     pub normals: Option<Vec<V3>>,
+    pub uvs: Option<Vec<[f64; 2]>>,
     pub triangles: Vec<[u32; 3]>,
 }
 
 impl Mesh {
-    /// Adds another flat mesh.
+    /// Adds another flat mesh; either all parts have texture coordinates, or none.
     pub fn add(&mut self, other: Self) {
         let n = self.positions.len() as u32;
         self.positions.extend(other.positions);
+        if let Some(uvs) = other.uvs {
+            self.uvs.get_or_insert_default().extend(uvs);
+        }
         self.triangles.extend(other.triangles.into_iter().map(|t| t.map(|i| i + n)));
     }
 
@@ -54,7 +58,12 @@ impl FromIterator<Mesh> for Mesh {
 
 /// A quadrilateral.
 pub fn quad(positions: [V3; 4]) -> Mesh {
-    Mesh { positions: positions.to_vec(), normals: None, triangles: vec![[0, 1, 2], [0, 2, 3]] }
+    Mesh { positions: positions.to_vec(), triangles: vec![[0, 1, 2], [0, 2, 3]], ..Mesh::default() }
+}
+
+/// A quadrilateral that shows `repeats` textures along its first and its second side, v growing downwards on the image.
+pub fn papered_quad(positions: [V3; 4], [u, v]: [f64; 2]) -> Mesh {
+    Mesh { uvs: Some(vec![[0., v], [u, v], [u, 0.], [0., 0.]]), ..quad(positions) }
 }
 
 /// A square around `center` that faces along the unit vector `normal`.
@@ -109,7 +118,7 @@ pub fn frustum(base: V3, axis: V3, r0: f64, r1: f64, height: f64, segments: u32)
             let bottom = [base, rim(base, r0, i + 1), rim(base, r0, i)];
             [
                 quad([rim(base, r0, i), rim(base, r0, i + 1), rim(end, r1, i + 1), rim(end, r1, i)]),
-                Mesh { positions: bottom.to_vec(), normals: None, triangles: vec![[0, 1, 2]] },
+                Mesh { positions: bottom.to_vec(), triangles: vec![[0, 1, 2]], ..Mesh::default() },
             ]
         })
         .collect()
