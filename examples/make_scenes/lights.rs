@@ -213,7 +213,7 @@ pub fn outdoor() -> Vec<u8> {
         Surface::Diffuse([0.1, 0.2, 0.45]),
         &shapes::prism([[1.5, -1.2], [1.9, -0.2], [2.9, -0.6], [2.5, -1.6]], 0.8),
     );
-    scene.light("sun", Punctual::Sun, [4.0, 3.4, 2.5], [6.0, 4.5, 3.0], [0.; 3]);
+    scene.light("sun", Punctual::Sun, [9.0, 7.8, 5.8], [-5.0, 4.0, 3.0], [0.; 3]);
     scene.finish()
 }
 
@@ -225,8 +225,8 @@ pub fn outdoor_sky() -> Vec<u8> {
         }
         let height = 1.0 - 2.0 * v;
         let haze = (1.0 - height).powi(4);
-        // The sun stands at (6, 4.5, 3): an eighth of a turn and less to the right of +x, which is in the middle.
-        let (du, dv) = ((u - 0.574).abs(), v - 0.313);
+        // Where the sun stands, at (−5, 4, 3); +x is in the middle of the map, and +z to its right.
+        let (du, dv) = (u - 0.914, v - 0.309);
         let glow = 1.0 / (1.0 + 150.0 * (4.0 * du * du + dv * dv));
         [0.25 + 0.45 * haze + 1.6 * glow, 0.4 + 0.35 * haze + 1.2 * glow, 0.8 + 0.1 * haze + 0.7 * glow]
     })

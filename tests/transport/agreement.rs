@@ -67,11 +67,7 @@ impl<'a> Run<'a> {
         let start = Instant::now();
         let mut spp = 8;
         loop {
-            for renderer in &mut self.renderers {
-                while renderer.passes() < spp {
-                    renderer.pass_where(&|path| (self.keep)(path));
-                }
-            }
+            self.advance(spp);
             let estimate = self.estimate();
             let visible = Comparison::new(&estimate, &estimate.exact()).visible_bias;
             if visible < refined || spp >= MOST_SPP {
@@ -86,6 +82,15 @@ impl<'a> Run<'a> {
         }
         println!("  {}: {} × {spp} spp in {:.1} s", self.name, self.renderers.len(), start.elapsed().as_secs_f32());
         self
+    }
+
+    /// Brings every replicate to `spp` passes.
+    fn advance(&mut self, spp: u32) {
+        for renderer in &mut self.renderers {
+            while renderer.passes() < spp {
+                renderer.pass_where(&|path| (self.keep)(path));
+            }
+        }
     }
 
     fn replicates(&self) -> Vec<Regions> {
@@ -131,37 +136,53 @@ pub fn assert_agree(
     }
 }
 
+/// Compares estimates pair by pair.
+fn assert_pairs_agree(scene: &str, runs: &[Run]) {
+    let images = || runs.iter().map(|r| (r.name.clone(), r.image())).collect::<Vec<_>>();
+    for (i, a) in runs.iter().enumerate() {
+        for b in &runs[i + 1..] {
+            assert_agree(scene, (&a.name, &a.estimate()), (&b.name, &b.estimate()), images);
+        }
+    }
+}
+
+/// Compares the integrators `kinds` pair by pair, on the paths of at least `shortest` edges that all of them cover.
+pub fn where_all_cover(name: &str, scene: &Scene, kinds: &[IntegratorKind], shortest: u32) {
+    let start = Instant::now();
+    let sensor = scene.camera.sensor();
+    let roulette = Settings::new(sensor).roulette;
+    let tables: Vec<_> = kinds.iter().map(|kind| Integrator::new(*kind, sensor, DEPTH, roulette)).collect();
+    let keep = |path: &JoinedPath| path.edges() >= shortest && tables.iter().all(|table| table.covers(path));
+    let settings: Vec<_> = kinds.iter().map(|kind| settings(scene, *kind, 0)).collect();
+    let runs: Vec<_> = (kinds.iter().zip(&settings))
+        .map(|(kind, settings)| Run::new(scene, settings, kind.name(), &keep).converge(Refined::Evenly.of(*kind)))
+        .collect();
+    assert_pairs_agree(name, &runs);
+    println!("{name}: {:.0} s", start.elapsed().as_secs_f32());
+}
+
 /// Compares the integrators `kinds`, the last of them bdpt, pair by pair; then light tracing, completed by what it does not
 /// cover as the first of `kinds` finds it. Only paths of at least `shortest` edges count.
 fn compare(name: &str, scene: &Scene, kinds: &[IntegratorKind], refined: Refined, shortest: u32) {
     let start = Instant::now();
     let everything = move |path: &JoinedPath| path.edges() >= shortest;
     let all_settings: Vec<_> = IntegratorKind::ALL.into_iter().map(|kind| settings(scene, kind, 0)).collect();
-    let runs: Vec<_> = kinds
-        .iter()
-        .map(|kind| {
-            let run = Run::new(scene, &all_settings[*kind as usize], kind.name(), &everything);
-            run.converge(refined.of(*kind))
-        })
-        .collect();
-    let images = || runs.iter().map(|r| (r.name.clone(), r.image())).collect::<Vec<_>>();
-    for (i, a) in runs.iter().enumerate() {
-        for b in &runs[i + 1..] {
-            assert_agree(name, (&a.name, &a.estimate()), (&b.name, &b.estimate()), images);
-        }
-    }
+    let run = |kind: IntegratorKind| {
+        Run::new(scene, &all_settings[kind as usize], kind.name(), &everything).converge(refined.of(kind))
+    };
+    let runs: Vec<_> = kinds.iter().copied().map(run).collect();
+    assert_pairs_agree(name, &runs);
 
     // light = all that it covers: adding the paths that it does not cover, found by path tracing, completes the image.
     let sensor = scene.camera.sensor();
     let table = Integrator::new(IntegratorKind::Light, sensor, DEPTH, Settings::new(sensor).roulette);
     let uncovered = |path: &JoinedPath| path.edges() >= shortest && !table.covers(path);
     let rest_settings = settings(scene, kinds[0], 1);
-    let light = Run::new(scene, &all_settings[IntegratorKind::Light as usize], "light", &everything);
-    let light = light.converge(refined.of(IntegratorKind::Light));
+    let light = run(IntegratorKind::Light);
     let mut rest = Run::new(scene, &rest_settings, "paths that light does not cover", &uncovered);
-    let spp = runs[0].renderers[0].passes();
-    for renderer in &mut rest.renderers {
-        (0..spp).for_each(|_| renderer.pass_where(&uncovered));
+    rest.advance(LOOK_FOR_UNCOVERED);
+    if rest.estimate().image_mean() > 0.0 {
+        rest.advance(runs[0].renderers[0].passes());
     }
     let sum: Vec<Regions> = light
         .replicates()
@@ -178,6 +199,9 @@ fn compare(name: &str, scene: &Scene, kinds: &[IntegratorKind], refined: Refined
     });
     println!("{name}: {:.0} s", start.elapsed().as_secs_f32());
 }
+
+/// Passes after which a scene where not one path was uncovered is taken to have none; if it has some after all, light and bdpt differ.
+const LOOK_FOR_UNCOVERED: u32 = 16;
 
 /// The shortest path that counts where a lamp on the image is so bright that its edge pixels' noise would be all there is to see.
 /// Lamps seen directly are compared in the other scenes.

@@ -141,7 +141,12 @@ const DEPTH: u32 = 7;
 
 /// Every path that every integrator finds, with and without roulette.
 pub fn assert_identity(name: &str, scene: &Scene, passes: u32) {
-    for kind in IntegratorKind::ALL {
+    assert_identity_by(&IntegratorKind::ALL, name, scene, passes);
+}
+
+/// The same for these integrators only.
+pub fn assert_identity_by(kinds: &[IntegratorKind], name: &str, scene: &Scene, passes: u32) {
+    for &kind in kinds {
         for roulette in [Roulette::Off, Roulette::FromDepth(2)] {
             let integrator = Integrator::new(kind, scene.camera.sensor(), DEPTH, roulette);
             assert_identity_of(&format!("{name} {kind} {roulette:?}"), scene, integrator, passes);

@@ -8,6 +8,7 @@ mod area;
 mod cameras;
 mod exactness;
 mod furnace;
+mod gallery;
 mod identity;
 mod instances;
 mod lecture;

@@ -1,0 +1,78 @@
+//! The scenes of `scenes/` with textures, instances and lights of every kind: integrators agree on whatever they cover.
+
+use std::path::Path;
+
+use pathspace::{
+    integrator::IntegratorKind,
+    io,
+    sampling::Filter,
+    scene::{Scene, light::Light},
+};
+
+use crate::{
+    agreement::{REFLECTED, where_all_cover},
+    identity, scenes,
+};
+
+use IntegratorKind::{Bdpt, Hybrid, Light as LightTracing, Path as PathTracing};
+
+fn gallery(name: &str) -> Scene {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes").join(name).with_extension("glb");
+    let loaded = io::load(&path).unwrap_or_else(|e| panic!("{e}"));
+    assert_eq!(loaded.warnings, [""; 0], "{name}");
+    let sky = (name == "outdoor").then(|| {
+        let sky = io::load_environment(&path.with_file_name("outdoor-sky.hdr"), 1.0, 0.0);
+        Light::EnvironmentMap(sky.unwrap_or_else(|e| panic!("{e}")).map.into())
+    });
+    let camera = loaded.cameras[0].to_camera(scenes::square(24, Filter::Box));
+    loaded.into_scene(camera, sky)
+}
+
+/// Light tracing meets a nearly smooth plate by chance where the camera looks at it, so it is left out.
+#[test]
+fn veachs_plates() {
+    where_all_cover("mis-plates", &gallery("mis-plates"), &[PathTracing, Hybrid, Bdpt], REFLECTED);
+}
+
+#[test]
+fn four_hundred_lights() {
+    where_all_cover("many-lights", &gallery("many-lights"), &[PathTracing, LightTracing, Hybrid, Bdpt], REFLECTED);
+}
+
+#[test]
+fn a_textured_room() {
+    where_all_cover("textured-room", &gallery("textured-room"), &[PathTracing, LightTracing, Hybrid, Bdpt], 1);
+}
+
+#[test]
+fn under_sun_and_sky() {
+    where_all_cover("outdoor", &gallery("outdoor"), &[PathTracing, LightTracing, Hybrid, Bdpt], 1);
+}
+
+/// No camera path meets a lamp without extent: what `path` misses is compared without it.
+#[test]
+fn glass_and_metal_under_points_and_spots() {
+    let scene = gallery("glass-and-metal");
+    where_all_cover("glass-and-metal", &scene, &[LightTracing, Hybrid, Bdpt], 1);
+    where_all_cover("glass-and-metal by path", &scene, &[PathTracing, Hybrid, Bdpt], 1);
+}
+
+#[test]
+fn a_lamp_and_its_mirror_image() {
+    where_all_cover(
+        "mirrored-lamps",
+        &gallery("mirrored-lamps"),
+        &[PathTracing, LightTracing, Hybrid, Bdpt],
+        REFLECTED,
+    );
+}
+
+#[test]
+fn identity_in_each() {
+    for name in ["mis-plates", "many-lights", "textured-room", "outdoor", "mirrored-lamps"] {
+        // Under an open sky few light paths come into view.
+        identity::assert_identity(name, &gallery(name), if name == "outdoor" { 20 } else { 8 });
+    }
+    // `path-hemisphere` finds nothing where no lamp has an extent.
+    identity::assert_identity_by(&scenes::WEIGHTED, "glass-and-metal", &gallery("glass-and-metal"), 4);
+}
