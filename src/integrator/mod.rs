@@ -12,7 +12,7 @@ use std::{fmt, str::FromStr};
 
 use crate::{
     math::Rgb,
-    path::{Densities, Heuristic, JoinedPath, LightVertices, Roulette, Step, Strategy, Subpath, Techniques},
+    path::{Densities, Heuristic, JoinedPath, LightVertices, Roulette, Step, Strategy, Subpath, Technique, Techniques},
     sampling::Sampler,
     scene::{
         Scene,
@@ -184,6 +184,12 @@ impl Integrator {
 
     /// Whether the table has a strategy that could find this path: the integrator's coverage, path by path.
     pub fn covers(&self, path: &JoinedPath) -> bool {
+        // What found the path has a positive density, and the definition is slow.
+        if let Technique::Bidirectional(found) = path.technique()
+            && self.weighed.multiplicity(found) > 0
+        {
+            return true;
+        }
         let n = path.edges();
         let path = path.to_path();
         if self.weighed.area() > 0 && n <= self.weighed.max_depth() && path.pdf_area() > 0.0 {

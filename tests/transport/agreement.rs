@@ -1,7 +1,7 @@
 //! Agreement: integrators that cover the same paths give the same image, region by region, within what chance allows,
 //! and where light tracing does not cover, the difference is exactly the uncovered class.
 
-use std::time::Instant;
+use std::{ops::RangeInclusive, time::Instant};
 
 use pathspace::{
     integrator::{Integrator, IntegratorKind},
@@ -146,13 +146,13 @@ fn assert_pairs_agree(scene: &str, runs: &[Run]) {
     }
 }
 
-/// Compares the integrators `kinds` pair by pair, on the paths of at least `shortest` edges that all of them cover.
-pub fn where_all_cover(name: &str, scene: &Scene, kinds: &[IntegratorKind], shortest: u32) {
+/// Compares the integrators `kinds` pair by pair, on the paths of these lengths that all of them cover.
+pub fn where_all_cover(name: &str, scene: &Scene, kinds: &[IntegratorKind], lengths: RangeInclusive<u32>) {
     let start = Instant::now();
     let sensor = scene.camera.sensor();
     let roulette = Settings::new(sensor).roulette;
     let tables: Vec<_> = kinds.iter().map(|kind| Integrator::new(*kind, sensor, DEPTH, roulette)).collect();
-    let keep = |path: &JoinedPath| path.edges() >= shortest && tables.iter().all(|table| table.covers(path));
+    let keep = |path: &JoinedPath| lengths.contains(&path.edges()) && tables.iter().all(|table| table.covers(path));
     let settings: Vec<_> = kinds.iter().map(|kind| settings(scene, *kind, 0)).collect();
     let runs: Vec<_> = (kinds.iter().zip(&settings))
         .map(|(kind, settings)| Run::new(scene, settings, kind.name(), &keep).converge(Refined::Evenly.of(*kind)))
