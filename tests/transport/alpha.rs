@@ -18,7 +18,7 @@ use pathspace::{
 };
 
 use crate::{
-    agreement::{ALL, agreement},
+    agreement::{ALL, Compared, agreement},
     scenes::{self, cube_inside, quad},
     statistics::{Estimate, regions},
 };
@@ -197,7 +197,7 @@ fn cards() -> Scene {
 
 #[test]
 fn integrators_agree_on_cards() {
-    agreement("alpha-cards", &cards(), &ALL, 1);
+    agreement("alpha-cards", &cards(), &ALL, Compared::All);
 }
 
 #[test]

@@ -17,7 +17,7 @@ use pathspace::{
 };
 
 use crate::{
-    agreement::{ALL, agreement},
+    agreement::{ALL, Compared, agreement},
     exactness::{assert_crops_are_slices, assert_threads_do_not_matter, estimate, render},
     identity::assert_identity,
     scenes,
@@ -127,7 +127,7 @@ const ROOM_TO: Vec3 = V(-0.1, -0.1, -1.0);
 fn integrators_agree_through_a_lens() {
     let sensor = scenes::square(16, Filter::Box);
     let camera = Camera::look_at(ROOM_FROM, ROOM_TO, Vec3::Y, 1.4, sensor).with_lens(0.15, 1.1);
-    agreement("room through a lens", &room(camera), &ALL, 1);
+    agreement("room through a lens", &room(camera), &ALL, Compared::All);
 }
 
 #[test]
@@ -135,7 +135,7 @@ fn integrators_agree_orthographically() {
     let sensor = scenes::square(16, Filter::Box);
     // Half of the room is behind the film.
     let camera = Camera::orthographic(V(0.1, 0.1, 0.1), ROOM_TO, Vec3::Y, 1.8, sensor);
-    agreement("orthographic room", &room(camera), &ALL, 1);
+    agreement("orthographic room", &room(camera), &ALL, Compared::All);
 }
 
 /// The part of the pixels that differ by more than rounding.

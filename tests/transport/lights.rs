@@ -84,7 +84,7 @@ fn of_every_kind_at_once_agree_between_integrators() {
         "terrace",
         &terrace(0.0, scenes::square(24, Filter::Box)),
         &agreement::ALL,
-        agreement::REFLECTED,
+        agreement::Compared::Scattered,
     );
 }
 
