@@ -117,7 +117,7 @@ pub fn textured_room() -> Vec<u8> {
         // Green points up, rows go down.
         normal([-0.7 * f64::from(du), 0.7 * f64::from(dv)])
     });
-    let tile = |x: u32, y: u32| (x / 64 + y / 64) % 2 == 0;
+    let tile = |x: u32, y: u32| (x / 64 + y / 64).is_multiple_of(2);
     let floor = scene.texture("tiles", SIDE, |x, y| if tile(x, y) { [200, 195, 185] } else { [60, 66, 72] });
     let floor_roughness = scene.texture("tile roughness", SIDE, |x, y| [255, if tile(x, y) { 90 } else { 190 }, 0]);
     let flat = scene.texture("no relief", 1, |_, _| [128, 128, 255]);
