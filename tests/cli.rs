@@ -383,9 +383,24 @@ fn a_scene_without_light_gets_a_neutral_environment_that_is_announced() {
     assert!((corner.x - 1.0).abs() < 0.2, "the background is the environment: {corner}");
     let (said, _) = render(&["--env-color", "2"]);
     assert!(!said.contains("no light"), "{said}");
+    refused(&run.pathspace(&["render", "dark.gltf", "--env-color", "1e20", "--env-scale", "1e20"]), 2, "the limit");
     let (said, image) = render(&["--env-color", "0"]);
     assert!(said.contains("black"), "{said}");
     assert_eq!(image.get(0, 0).x, 0.0);
+}
+
+#[test]
+fn options_that_change_nothing_are_said_to() {
+    let run = Run::new();
+    let said = |options: &[&str]| {
+        let output = run.render(&[&["--spp", "1", "-o", "a.png"], options].concat());
+        assert_eq!(code(&output), 0, "{}", stderr(&output));
+        stderr(&output)
+    };
+    assert!(said(&["--env-scale", "2"]).contains("--env-scale has no effect"));
+    assert!(!said(&["--env-scale", "2", "--env-color", "1"]).contains("no effect"));
+    assert!(said(&["-i", "area", "--max-depth", "5"]).contains("paths of 4 edges"));
+    assert!(!said(&["-i", "area", "--max-depth", "4"]).contains("paths of 4 edges"));
 }
 
 #[test]

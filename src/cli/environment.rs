@@ -6,7 +6,7 @@ use super::{exit::Failure, terminal::Terminal, values};
 use crate::{
     io::{self, Loaded},
     math::Rgb,
-    scene::light::Light,
+    scene::light::{BRIGHTEST, Light},
 };
 
 /// The radiance around a scene that has no light and was given none.
@@ -34,9 +34,9 @@ pub(super) struct EnvironmentArgs {
     )]
     env_rotate: f32,
 
-    /// Multiply the environment's radiance
-    #[arg(long, value_name = "X", default_value_t = 1.0, allow_negative_numbers = true, value_parser = values::positive)]
-    env_scale: f32,
+    /// Multiply the environment's radiance [default: 1]
+    #[arg(long, value_name = "X", allow_negative_numbers = true, value_parser = values::positive)]
+    env_scale: Option<f32>,
 }
 
 /// The environment of a render.
@@ -49,29 +49,41 @@ pub(super) struct Environment {
 
 /// The environment that the options ask for, or a neutral one for a scene without light.
 pub(super) fn choose(args: &EnvironmentArgs, loaded: &Loaded, terminal: Terminal) -> Result<Environment, Failure> {
+    let scale = args.env_scale.unwrap_or(1.0);
     if let Some(path) = &args.env {
-        let file = io::load_environment(path, args.env_scale, args.env_rotate.to_radians())
+        let file = io::load_environment(path, scale, args.env_rotate.to_radians())
             .map_err(|error| Failure::input(error.to_string()))?;
         for warning in &file.warnings {
             terminal.warn(warning);
         }
-        let recorded = format!("map {} rotate {} scale {}", file.hash, args.env_rotate, args.env_scale);
+        let recorded = format!("map {} rotate {} scale {}", file.hash, args.env_rotate, scale);
         return Ok(Environment { light: Some(Light::EnvironmentMap(Arc::new(file.map))), recorded: Some(recorded) });
     }
     if let Some(color) = args.env_color {
-        return Ok(constant(color * args.env_scale));
+        return constant(color * scale);
     }
     if loaded.is_lit() {
+        if args.env_scale.is_some() {
+            terminal.warn(
+                "--env-scale has no effect: the scene has lights of its own and no environment (--env, --env-color)",
+            );
+        }
         return Ok(Environment { light: None, recorded: None });
     }
     terminal.say(format_args!(
         "note: the scene has no light, so an environment of radiance {} lights it (--env or --env-color choose another)",
-        NEUTRAL.x * args.env_scale
+        NEUTRAL.x * scale
     ));
-    Ok(constant(NEUTRAL * args.env_scale))
+    constant(NEUTRAL * scale)
 }
 
-fn constant(radiance: Rgb) -> Environment {
+fn constant(radiance: Rgb) -> Result<Environment, Failure> {
+    let brightest = radiance.max_element();
+    if brightest > BRIGHTEST {
+        return Err(Failure::usage(format!(
+            "the environment's radiance is {brightest:e}, and {BRIGHTEST:e} is the limit (a lower --env-scale helps)"
+        )));
+    }
     let recorded = format!("constant {},{},{}", radiance.x, radiance.y, radiance.z);
-    Environment { light: Some(Light::Environment { radiance }), recorded: Some(recorded) }
+    Ok(Environment { light: Some(Light::Environment { radiance }), recorded: Some(recorded) })
 }

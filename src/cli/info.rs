@@ -101,7 +101,7 @@ fn materials(materials: &[Material]) -> String {
         return "none".to_owned();
     }
     let kinds = kinds.iter().map(|(kind, count)| format!("{count} {kind}")).collect::<Vec<_>>().join(", ");
-    let emitters = materials.iter().filter(|material| material.emission.max_element() > 0.0).count();
+    let emitters = materials.iter().filter(|material| material.emits()).count();
     format!("{}: {kinds}; emitting: {emitters}", materials.len())
 }
 
@@ -120,7 +120,7 @@ fn lights(loaded: &Loaded) -> String {
 /// How many lights there are of each kind.
 pub(super) fn light_kinds(loaded: &Loaded) -> [(usize, &'static str); 5] {
     let geometry = &loaded.geometry;
-    let emits = |id: MaterialId| loaded.materials[id.0 as usize].emission.max_element() > 0.0;
+    let emits = |id: MaterialId| loaded.materials[id.0 as usize].emits();
     let (spheres, triangles): (Vec<_>, Vec<_>) = geometry.with_material(&emits).partition(|&id| geometry.is_sphere(id));
     let punctual = |is: fn(&PunctualLight) -> bool| loaded.lights.iter().filter(|light| is(light)).count();
     [

@@ -14,7 +14,7 @@ pub(super) fn describe(loaded: &Loaded) -> Value {
     let (summary, geometry) = (&loaded.summary, &loaded.geometry);
     let bounds = geometry.bounds().map(|bounds| json!({ "min": vector(bounds.min), "max": vector(bounds.max) }));
     let materials = loaded.materials.iter().map(|material| {
-        let emits = material.emission.max_element() > 0.0;
+        let emits = material.emits();
         json!({ "name": material.name, "kind": info::kind(&material.bsdf), "emits": emits })
     });
     let lights = info::light_kinds(loaded).map(|(count, kind)| (kind.replace(' ', "_"), json!(count)));

@@ -61,7 +61,7 @@ pub(super) fn run(args: &RenderArgs) -> Result<(), Failure> {
         environment: environment.recorded,
     };
     let scene = loaded.into_scene(view.to_camera(sensor), environment.light);
-    foretell(&job, &scene, terminal);
+    foretell(&job, &scene, args.max_depth, terminal);
 
     let mut renderer = pool.install(|| Renderer::new(&scene, &settings));
     let goal = args.time.map_or(Goal::Passes(args.spp.unwrap_or(DEFAULT_SPP)), Goal::Time);
@@ -165,8 +165,8 @@ fn check_memory(args: &RenderArgs, settings: &Settings) -> Result<(), Failure> {
     )))
 }
 
-/// Says beforehand what would surprise afterwards.
-fn foretell(job: &Job<'_>, scene: &Scene, terminal: Terminal) {
+/// Says beforehand what would surprise afterwards. `max_depth` is what was asked for.
+fn foretell(job: &Job<'_>, scene: &Scene, max_depth: u32, terminal: Terminal) {
     let Job { sensor, settings, .. } = job;
     let Sensor { width, height, .. } = sensor;
     let integrator = settings.integrator;
@@ -179,11 +179,23 @@ fn foretell(job: &Job<'_>, scene: &Scene, terminal: Terminal) {
              bdpt or hybrid see them)"
         ));
     }
+    let around = |light: &Light| matches!(light, Light::Environment { .. } | Light::EnvironmentMap(_));
+    let background = settings.background == Background::Shown && scene.lights().all().iter().any(around);
+    if integrator == IntegratorKind::Light && scene.camera.is_orthographic() && background {
+        terminal.warn(
+            "the environment behind the scene will not be seen: light from it arrives along an orthographic camera's one \
+             direction with probability zero (-i path, bdpt or hybrid see it)",
+        );
+    }
     if scene.lights().is_empty() {
         terminal.warn("the scene has no light, so the image will be black");
     }
     if integrator == IntegratorKind::Area {
-        terminal.say("note: area sampling stops at paths of 4 edges, whatever --max-depth says");
+        if max_depth > settings.max_depth {
+            let longest = settings.max_depth;
+            terminal
+                .say(format_args!("note: area sampling stops at paths of {longest} edges, whatever --max-depth says"));
+        }
         if specular > 0.0 {
             terminal.warn(
                 "mirrors and glass will be black: area sampling never finds their one direction (-i path or bdpt do)",

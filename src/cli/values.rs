@@ -11,7 +11,7 @@ use crate::{
     math::Rgb,
     path::{Roulette, Strategy},
     sampling::Filter,
-    scene::bsdf::Directions,
+    scene::{bsdf::Directions, light::BRIGHTEST},
 };
 
 /// `--look-at`: where a camera stands, what it looks at, and its vertical field of view in radians.
@@ -132,8 +132,8 @@ pub(super) fn radiance(text: &str) -> Result<Rgb, String> {
         [grey] => Rgb::splat(grey),
         _ => return Err("a radiance is three numbers R,G,B, or one for all three".to_owned()),
     };
-    let allowed = radiance.to_array().iter().all(|c| (0.0..=1e30).contains(c));
-    if allowed { Ok(radiance) } else { Err("a radiance lies between 0 and 1e30".to_owned()) }
+    let allowed = radiance.to_array().iter().all(|c| (0.0..=BRIGHTEST).contains(c));
+    if allowed { Ok(radiance) } else { Err(format!("a radiance lies between 0 and {BRIGHTEST:e}")) }
 }
 
 /// A number that is neither infinite nor NaN.

@@ -18,6 +18,9 @@ use crate::scene::camera::{Camera, Sensor};
 /// Our extension of perspective cameras.
 const THIN_LENS: &str = "PATHSPACE_thin_lens";
 
+/// The least vertical field of view, radians: W_e of a narrower camera may leave what f32 can hold.
+const NARROWEST: f32 = 1e-5;
+
 /// A camera of the file, in world space.
 #[derive(Clone, Debug, PartialEq)]
 pub struct NamedCamera {
@@ -117,6 +120,10 @@ pub(super) fn camera(
 fn perspective(camera: &Json, view: &Perspective, at: &str) -> Result<(View, Option<f32>), Fault> {
     if !(view.yfov > 0.0 && view.yfov < PI) {
         let what = format!("the field of view is {} radians, not between 0 and π", view.yfov);
+        return Err(Fault::invalid(format!("{at}/perspective/yfov"), what));
+    }
+    if view.yfov < NARROWEST {
+        let what = format!("the field of view is {} radians, and {NARROWEST} is the least", view.yfov);
         return Err(Fault::invalid(format!("{at}/perspective/yfov"), what));
     }
     if view.aspect_ratio.is_some_and(|aspect| !(aspect > 0.0 && aspect.is_finite())) {

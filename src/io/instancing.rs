@@ -20,7 +20,7 @@ use crate::scene::{
 /// A node's mesh drawn many times, with a transformation each.
 const INSTANCING: &str = "EXT_mesh_gpu_instancing";
 
-/// More instances than this are refused.
+/// More instances than this are refused, before memory is taken for any of them. A mesh that is copied counts as well.
 const MAX_INSTANCES: u64 = 1 << 25;
 
 /// A mesh whose copies have no more triangles than this is copied: a ray finds its way among them faster in one tree,
@@ -41,7 +41,6 @@ pub(super) struct Shown {
 /// What the limits count.
 #[derive(Default)]
 pub(super) struct Counts {
-    instances: u64,
     /// Triangles in memory: in world space, or once in a mesh.
     triangles: usize,
     /// Emissive triangles, each of which is a light in every instance.
@@ -49,18 +48,24 @@ pub(super) struct Counts {
 }
 
 impl Assembly<'_> {
-    /// Counts how often each mesh is shown, which decides what becomes of it.
+    /// Counts how often each mesh is shown, which decides what becomes of it, and refuses too many.
     pub(super) fn count_uses(&mut self, nodes: &[Placed]) -> Result<(), Fault> {
+        let mut all = 0;
         for placed in nodes {
             let Some(node) = self.root.nodes.get(placed.index) else { continue };
             let Some(shown) = node.mesh.and_then(|mesh| self.meshes.get_mut(mesh.value())) else { continue };
-            if node.skin.is_some() || node.weights.is_some() {
-                continue;
-            }
-            shown.uses += match attributes(node, placed)? {
+            let uses = match attributes(node, placed)? {
                 None => 1,
                 Some(attributes) => count(self.accessors, &attributes, placed)?.unwrap_or(1) as u64,
             };
+            all += uses;
+            if all > MAX_INSTANCES {
+                let what = format!("the scene has {all} instances by here, and {MAX_INSTANCES} is the limit");
+                return Err(Fault::too_large(placed.pointer(), what));
+            }
+            if node.skin.is_none() && node.weights.is_none() {
+                shown.uses += uses;
+            }
         }
         Ok(())
     }
@@ -136,16 +141,11 @@ impl Assembly<'_> {
         placement: &Placement,
         placed: &Placed,
     ) -> Result<bool, Fault> {
-        let emits = |material: &MaterialId| self.loaded.materials[material.0 as usize].emission.max_element() > 0.0;
+        let emits = |material: &MaterialId| self.loaded.materials[material.0 as usize].emits();
         let emissive: usize =
             parts.iter().zip(materials).filter(|(_, m)| emits(m)).map(|(p, _)| p.triangles.len()).sum();
         let counts = &mut self.counts;
-        counts.instances += 1;
         counts.emissive += emissive as u64;
-        if counts.instances > MAX_INSTANCES {
-            let what = format!("the scene has more than {MAX_INSTANCES} instances by here, which is the limit");
-            return Err(Fault::too_large(placed.pointer(), what));
-        }
         if counts.emissive > MAX_TRIANGLES as u64 {
             let what =
                 format!("more than {MAX_TRIANGLES} emissive triangles are instanced by here, which is the limit");

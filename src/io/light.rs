@@ -12,7 +12,10 @@ use gltf_json::{
 use super::{Loaded, error::Fault, node::Placed};
 use crate::{
     math::{Rgb, luminance},
-    scene::light::{Light, Spot},
+    scene::{
+        light::{BRIGHTEST, Light, Spot},
+        material::MaterialId,
+    },
 };
 
 /// A light of `KHR_lights_punctual` in world space, in the extension's units.
@@ -66,11 +69,13 @@ const FEW_NITS: f32 = 10.0;
 /// Emission that many times below what lamps make white surfaces reflect cannot be told from black.
 const LOST: f32 = 100.0;
 
-/// The sentence for surfaces that emit a few nits beside lamps that light the scene with thousands of lux, if that is so.
+/// For surfaces that emit a few nits beside lamps that light the scene with thousands of lux: the brightest of their materials,
+/// and what to say of it. Only materials that some surface has and that are `lit` count: an unlit one is as bright as its colour,
+/// whatever lamps there are.
 ///
 /// Measured by what the lamps make a white surface reflect: E/π, with the sun's E, and with I/R² for lamps at the radius R of
 /// the scene (which is Φ/4πR², its power over the sphere around the scene).
-pub(super) fn outshone(loaded: &Loaded) -> Option<String> {
+pub(super) fn outshone(loaded: &Loaded, lit: impl Fn(MaterialId) -> bool) -> Option<(MaterialId, String)> {
     let bounds = loaded.geometry.bounds()?;
     let distance2 = (0.25 * (bounds.max - bounds.min).length_squared()).max(f32::MIN_POSITIVE);
     let irradiance = |light: &PunctualLight| match light {
@@ -80,13 +85,17 @@ pub(super) fn outshone(loaded: &Loaded) -> Option<String> {
         PunctualLight::Directional { irradiance, .. } => luminance(*irradiance),
     };
     let reflected = loaded.lights.iter().map(irradiance).sum::<f32>() * FRAC_1_PI;
-    let emitters = loaded.materials.iter().map(|material| luminance(material.emission)).enumerate();
-    let (index, brightest) = emitters.max_by(|a, b| a.1.total_cmp(&b.1)).filter(|(_, emission)| *emission > 0.0)?;
+    let emission = |id: MaterialId| luminance(loaded.materials[id.0 as usize].emission);
+    let emits = |id: MaterialId| loaded.materials[id.0 as usize].emits() && lit(id);
+    let emitters = loaded.geometry.with_material(&emits).map(|primitive| loaded.geometry.material(primitive));
+    let id = emitters.max_by(|a, b| emission(*a).total_cmp(&emission(*b)))?;
+    let brightest = emission(id);
     (brightest <= FEW_NITS && reflected > LOST * brightest).then(|| {
-        format!(
-            "/materials/{index}: the brightest emission is {brightest:.3} nit, and the lamps make white surfaces reflect about \
-             {reflected:.0} nit: it will look black; raise KHR_materials_emissive_strength, or lower the lights' intensity"
-        )
+        let what = format!(
+            "the brightest emission is {brightest:.3} nit, and the lamps make white surfaces reflect about {reflected:.0} nit: \
+             it will look black; raise KHR_materials_emissive_strength, or lower the lights' intensity"
+        );
+        (id, what)
     })
 }
 
@@ -103,6 +112,11 @@ pub(super) fn light(
     let intensity = Vec3::from(light.color) * light.intensity;
     if !intensity.is_finite() || intensity.min_element() < 0.0 {
         return Err(Fault::invalid(at, "the colour times the intensity is not a finite, non-negative light"));
+    }
+    if intensity.max_element() > BRIGHTEST {
+        let what =
+            format!("the colour times the intensity is {}, and {BRIGHTEST:e} is the limit", intensity.max_element());
+        return Err(Fault::invalid(at, what));
     }
     if intensity == Vec3::ZERO {
         return Ok(None);
@@ -124,7 +138,13 @@ pub(super) fn light(
                 return Err(Fault::invalid(format!("{at}/spot"), what));
             }
             let direction = node.axis(DVec3::NEG_Z)?;
-            PunctualLight::Spot { position, direction, intensity, inner, outer: outer.min(FRAC_PI_2) }
+            PunctualLight::Spot {
+                position,
+                direction,
+                intensity,
+                inner: inner.min(FRAC_PI_2),
+                outer: outer.min(FRAC_PI_2),
+            }
         }
         Checked::Invalid => return Err(Fault::invalid(format!("{at}/type"), "this type of light does not exist")),
     }))

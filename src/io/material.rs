@@ -26,6 +26,7 @@ use super::{
 use crate::{
     math::Rgb,
     scene::{
+        light::BRIGHTEST,
         material::{Boundary, Coverage, EmissionSides, Maps, Material, NormalMap, Parameters, VertexColors},
         texture::{Encoding, Texture},
     },
@@ -49,6 +50,11 @@ impl Read {
     /// What the material reads of a mesh.
     pub(super) fn maps(&self) -> &Maps {
         &self.maps
+    }
+
+    /// Whether it shows its base colour by emitting it.
+    pub(super) fn unlit(&self) -> bool {
+        self.unlit
     }
 
     /// The material on meshes without vertex colours.
@@ -142,6 +148,10 @@ impl Reader<'_, '_> {
         let strength = ext.and_then(|e| e.emissive_strength.as_ref()).map_or(1.0, |e| e.emissive_strength.0);
         let emission = Vec3::from(m.emissive_factor.0) * strength;
         let mut emission = self.color("emissiveFactor", emission, f32::MAX)?;
+        if emission.max_element() > BRIGHTEST {
+            let what = format!("the emission is {:e} nit, and {BRIGHTEST:e} is the limit", emission.max_element());
+            return Err(Fault::invalid(format!("{}/emissiveFactor", self.at), what));
+        }
         let mut absorption = Rgb::ZERO;
         if let Some(volume) = volume.filter(|_| factors.boundary == Boundary::Volume) {
             let color = Vec3::from(volume.attenuation_color.0);

@@ -129,8 +129,9 @@ fn part(
     let mut part = Part { positions, normals, attributes, triangles, influences, material };
     if let Some(normal) = &maps.normal
         && part.attributes.tangents.is_empty()
+        && !tangent::generate(&mut part, &normal.texture)
     {
-        tangent::generate(&mut part, &normal.texture);
+        warnings.push(format!("{at}: no tangents can be made for its normal texture, which is not applied"));
     }
     Ok(Some(part))
 }

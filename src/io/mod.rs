@@ -66,19 +66,16 @@ pub use environment::{EnvironmentError, LoadedEnvironment, load_environment};
 pub use error::LoadError;
 pub use light::PunctualLight;
 
-use crate::{
-    math::Rgb,
-    scene::{
-        Scene,
-        camera::Camera,
-        geometry::Geometry,
-        light::Light,
-        material::{Material, MaterialId},
-    },
+use crate::scene::{
+    Scene,
+    camera::Camera,
+    geometry::Geometry,
+    light::Light,
+    material::{Material, MaterialId},
 };
 use accessor::Accessors;
 use buffer::{Buffers, Hash};
-use error::{Fault, one_line};
+use error::{Fault, one_line, quoted};
 use image::Images;
 use instancing::{Counts, Shown};
 use mesh::Coloring;
@@ -98,7 +95,7 @@ pub struct Loaded {
     pub cameras: Vec<NamedCamera>,
     /// What the file asks for and does not get, one sentence each.
     pub warnings: Vec<String>,
-    /// SHA-256 of all bytes that were read (the file and the buffers beside it), in hexadecimal.
+    /// SHA-256 of all bytes that were read (the file, and the buffers and images beside it), in hexadecimal.
     pub hash: String,
     /// What the file contains, shown or not.
     pub summary: Summary,
@@ -107,7 +104,7 @@ pub struct Loaded {
 impl Loaded {
     /// Whether anything in the scene emits light.
     pub fn is_lit(&self) -> bool {
-        let emits = |id: MaterialId| self.materials[id.0 as usize].emission != Rgb::ZERO;
+        let emits = |id: MaterialId| self.materials[id.0 as usize].emits();
         !self.lights.is_empty() || self.geometry.with_material(&emits).next().is_some()
     }
 
@@ -195,9 +192,13 @@ fn read(bytes: &[u8], folder: &Path, file: &str, wanted: Option<&str>) -> Result
         let materials = material::all(&root, images, &mut warnings)?;
         let mut scene = Assembly::new(&root, &buffers, materials, warnings);
         scene.nodes()?;
+        let lit = |id: MaterialId| !scene.materials[scene.sources[id.0 as usize]].unlit();
+        let outshone = light::outshone(&scene.loaded, lit).map(|(id, what)| {
+            let name = quoted(&scene.loaded.materials[id.0 as usize].name);
+            format!("/materials/{} ({name}): {what}", scene.sources[id.0 as usize])
+        });
         let mut loaded = scene.loaded;
         loaded.summary.binary = chunks.binary;
-        let outshone = light::outshone(&loaded);
         loaded.warnings.extend(outshone);
         Ok(loaded)
     };
@@ -218,6 +219,8 @@ struct Assembly<'a> {
     /// The id of the default material and of the coloured form of each material, once something uses them.
     default_material: Option<MaterialId>,
     colored_materials: HashMap<usize, MaterialId>,
+    /// For each material of the scene the index of the one that it was made of.
+    sources: Vec<usize>,
     loaded: Loaded,
 }
 
@@ -230,6 +233,7 @@ impl<'a> Assembly<'a> {
             counts: Counts::default(),
             default_material: None,
             colored_materials: HashMap::new(),
+            sources: (0..root.materials.len()).collect(),
             loaded: Loaded {
                 geometry: Geometry::default(),
                 materials: materials.iter().take(root.materials.len()).map(material::Read::plain).collect(),
@@ -296,9 +300,10 @@ impl<'a> Assembly<'a> {
 
     /// The id of the material with this index among those that were read, on meshes with or without vertex colours.
     fn material(&mut self, index: usize, coloring: Coloring) -> MaterialId {
-        let Self { materials, loaded: Loaded { materials: made, .. }, .. } = self;
+        let Self { materials, sources, loaded: Loaded { materials: made, .. }, .. } = self;
         let mut add = |material| {
             made.push(material);
+            sources.push(index);
             MaterialId(made.len() as u32 - 1)
         };
         match coloring {

@@ -1,7 +1,7 @@
 //! Tangents for meshes that have none: MikkTSpace, which is what normal textures are baked against
 //! (glTF 2.0 specification, 3.7.2.1).
 
-use std::collections::HashMap;
+use std::{collections::HashMap, thread};
 
 use bevy_mikktspace::{Geometry, TangentSpace, generate_tangents};
 use glam::{DMat3, Vec2, Vec3, Vec4};
@@ -9,20 +9,38 @@ use glam::{DMat3, Vec2, Vec3, Vec4};
 use super::mesh::Part;
 use crate::scene::texture::Texture;
 
+/// The stack on which tangents are made, bytes. Systems give memory for what is used of it only.
+const STACK: usize = 1 << 24;
+/// More of it for each triangle: several times what a call takes.
+const STACK_PER_TRIANGLE: usize = 1024;
+
 /// Gives `part` the tangents of its normal texture, from the texture coordinates that the texture is looked up with. Vertices
 /// whose triangles do not agree on a tangent are split. Without texture coordinates there is no tangent.
-pub(super) fn generate(part: &mut Part, normal: &Texture) {
+///
+/// False if tangents cannot be made; then the mesh is left as it is.
+#[must_use]
+pub(super) fn generate(part: &mut Part, normal: &Texture) -> bool {
     let uv = &part.attributes.uv[usize::from(normal.uv_set)];
     if uv.is_empty() || part.triangles.is_empty() {
-        return;
+        return true;
     }
-    let uv = uv.iter().map(|uv| normal.transform.transform_point2(*uv)).collect();
+    // As for lookups, coordinates that overflow mean the corner.
+    let uv = uv.iter().map(|uv| Some(normal.transform.transform_point2(*uv)).filter(|uv| uv.is_finite()));
+    let uv = uv.map(Option::unwrap_or_default).collect();
     let corners = vec![Vec4::ZERO; 3 * part.triangles.len()];
     let mut mesh = Mesh { part, uv, corners };
-    if generate_tangents(&mut mesh).is_ok() {
+    // The library calls itself once for each triangle around a vertex, and a fan may be one vertex's alone.
+    let stack = STACK + STACK_PER_TRIANGLE * mesh.part.triangles.len();
+    let generated = thread::scope(|scope| {
+        let thread =
+            thread::Builder::new().stack_size(stack).spawn_scoped(scope, || generate_tangents(&mut mesh).is_ok());
+        thread.is_ok_and(|thread| thread.join().unwrap_or(false))
+    });
+    if generated {
         let corners = mesh.corners;
         split(part, &corners);
     }
+    generated
 }
 
 /// A tangent where `m` takes it. It lies in the surface and goes with it; a mirror turns N × T against the image's up.

@@ -180,7 +180,8 @@ impl Subpath {
         let Some(emission) = scene.sample_emission(choose, position, direction) else { return };
         let p = emission.point;
         self.steps.push(Step::first(p, emission.pdf_position));
-        if vertices == 1 || emission.pdf_direction == PdfSolidAngle::ZERO || p.alpha == 0.0 {
+        let leaves = emission.pdf_direction > PdfSolidAngle::ZERO && p.alpha > 0.0;
+        if vertices == 1 || !leaves {
             return;
         }
         let cos = if p.place == Place::Surface { p.normal.dot(emission.direction).abs() } else { 1.0 };
@@ -278,7 +279,7 @@ impl Subpath {
                 Transport::Importance => 1.0,
             };
             let q = (ratio.max_element() * radiance_scale).min(0.95);
-            // `q` may be NaN with a non-finite ratio, which then goes on to be counted as such.
+            // A ratio that is no number gives q = 0.95, for `min` passes over NaN: the walk goes on and the film counts it.
             if survive >= q {
                 return None;
             }

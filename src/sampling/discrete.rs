@@ -11,9 +11,13 @@ pub struct Discrete {
 
 impl Discrete {
     /// Normalises `weights`, which must be finite and not negative. With no positive weight the distribution is empty.
+    ///
+    /// # Panics
+    /// If the sum of the weights is not finite.
     pub fn new(weights: &[f32]) -> Self {
         debug_assert!(weights.iter().all(|w| w.is_finite() && *w >= 0.0));
         let total: f64 = weights.iter().copied().map(f64::from).sum();
+        assert!(total.is_finite(), "weights add up to {total}");
         if total <= 0.0 {
             return Self::default();
         }

@@ -321,6 +321,12 @@ impl Material {
         }
     }
 
+    /// Whether it emits anything: its factor is not black, and neither is all of its emissive texture.
+    pub fn emits(&self) -> bool {
+        let texture = self.maps.as_ref().and_then(|maps| maps.emission.as_ref());
+        self.emission != Rgb::ZERO && texture.is_none_or(|texture| !texture.image.is_black())
+    }
+
     /// A Lambertian reflector.
     pub fn diffuse(name: &str, albedo: Rgb) -> Self {
         Self::new(name, Bsdf::Diffuse(Diffuse { albedo }))

@@ -164,6 +164,7 @@ fn spheres_lights_and_cameras_out_of_bounds() {
         changed(document, "/extensions", json!({ "KHR_lights_punctual": { "lights": [light] } }))
     };
     refused(&lit(json!({ "type": "point", "intensity": -1 })), &["/lights/0", "non-negative"]);
+    refused(&lit(json!({ "type": "point", "intensity": 2e30 })), &["/lights/0", "2e30", "1e30 is the limit"]);
     refused(&lit(json!({ "type": "area" })), &["/lights/0/type"]);
     refused(
         &lit(json!({ "type": "spot", "spot": { "innerConeAngle": 1, "outerConeAngle": 0.5 } })),
@@ -175,6 +176,7 @@ fn spheres_lights_and_cameras_out_of_bounds() {
         changed(document, "/cameras", json!([{ "type": "perspective", "perspective": lens }]))
     };
     refused(&seen(json!({ "yfov": 4, "znear": 1 })), &["/cameras/0/perspective/yfov"]);
+    refused(&seen(json!({ "yfov": 1e-20, "znear": 1 })), &["/cameras/0/perspective/yfov", "is the least"]);
     refused(&seen(json!({ "yfov": 1, "znear": 1, "aspectRatio": 0 })), &["/cameras/0/perspective/aspectRatio"]);
     let lens = |lens: Value| {
         let document = seen(json!({ "yfov": 1, "znear": 1 }));
@@ -198,4 +200,7 @@ fn spheres_lights_and_cameras_out_of_bounds() {
     let flat = changed(seen(json!({ "yfov": 1, "znear": 1 })), "/nodes/0/scale", json!([0, 0, 0]));
     refused(&flat, &["/nodes/0", "no direction"]);
     refused(&with("/materials", json!([{ "emissiveFactor": [1e39, 0, 0] }])), &["/materials/0", "emissiveFactor"]);
+    let bright = json!({ "KHR_materials_emissive_strength": { "emissiveStrength": 1e31 } });
+    let bright = json!([{ "emissiveFactor": [1, 1, 1], "extensions": bright }]);
+    refused(&with("/materials", bright), &["/materials/0/emissiveFactor", "1e30 is the limit"]);
 }

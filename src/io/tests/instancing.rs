@@ -99,6 +99,24 @@ fn gpu_instances_are_placed_by_their_attributes_below_the_node() {
 }
 
 #[test]
+fn too_many_instances_are_refused_before_any_is_made() {
+    let zeros = |count: u64| json!({ "componentType": 5126, "count": count, "type": "VEC3" });
+    let document = |count: u64, nodes: usize| {
+        let mut document = shown_by(ribbon(2, &[]), &vec![json!({}); nodes]);
+        document["accessors"].as_array_mut().unwrap().push(zeros(count));
+        for node in document["nodes"].as_array_mut().unwrap() {
+            node["extensions"]["EXT_mesh_gpu_instancing"]["attributes"] = json!({ "TRANSLATION": 1 });
+        }
+        document
+    };
+    let skinned = changed(document(1 << 28, 1), "/nodes/0/weights", json!([]));
+    for document in [document(1 << 28, 1), document(1 << 23, 5), skinned] {
+        let sentence = load(&document).unwrap_err().to_string();
+        assert!(sentence.contains("/nodes/") && sentence.contains("33554432 is the limit"), "{sentence}");
+    }
+}
+
+#[test]
 fn bad_instances_are_a_sentence() {
     let two: Vec<u8> = [0.0_f32; 6].iter().flat_map(|x| x.to_le_bytes()).collect();
     let sentence = |attributes: Value, second: Value| {

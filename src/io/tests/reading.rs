@@ -321,6 +321,32 @@ fn emission_that_lamps_outshine_is_said_to_be() {
 }
 
 #[test]
+fn outshone_emission_is_that_of_a_material_which_is_seen_and_lit() {
+    let sun = json!({ "lights": [{ "type": "directional", "intensity": 1000 }] });
+    let mut document = changed(triangle(), "/extensions", json!({ "KHR_lights_punctual": sun }));
+    document["nodes"][0]["extensions"] = json!({ "KHR_lights_punctual": { "light": 0 } });
+    document["materials"] =
+        json!([{ "name": "sign", "emissiveFactor": [0.5, 0.5, 0.5] }, { "emissiveFactor": [1, 1, 1] }]);
+    document["meshes"][0]["primitives"][0]["material"] = json!(0);
+    // Colours make a variant of the material, whose name in the file is still the same.
+    let red = changed(document.clone(), "/meshes/0/primitives/0/attributes/COLOR_0", json!(0));
+    for document in [document.clone(), red] {
+        let said = load(&document).unwrap().warnings;
+        assert!(said.len() == 1 && said[0].starts_with("/materials/0 (“sign”): "), "{said:?}");
+    }
+    document["materials"][0] = json!({ "extensions": { "KHR_materials_unlit": {} } });
+    assert!(load(&document).unwrap().warnings.is_empty());
+}
+
+#[test]
+fn a_spot_as_wide_as_a_right_angle_rounds_to_is_one() {
+    let cone = json!({ "innerConeAngle": 1.570_797, "outerConeAngle": 1.570_797 });
+    let mut document = with("/nodes/0/extensions", json!({ "KHR_lights_punctual": { "light": 0 } }));
+    document["extensions"] = json!({ "KHR_lights_punctual": { "lights": [{ "type": "spot", "spot": cone }] } });
+    load(&document).unwrap().lights[0].to_light();
+}
+
+#[test]
 fn a_scene_is_lit_by_lamps_or_by_surfaces_that_emit() {
     assert!(!load(&triangle()).unwrap().is_lit());
     let mut document = with("/materials", json!([{ "emissiveFactor": [0, 0.1, 0] }]));

@@ -1,15 +1,16 @@
 //! Textures, vertex colours and tangents from documents made by hand.
 
-use std::io::Cursor;
+use std::{io::Cursor, sync::Arc};
 
 use glam::{DMat4, DQuat, DVec3, Vec2, Vec3, Vec4};
 use image::{DynamicImage, GrayAlphaImage, GrayImage, ImageFormat, RgbImage, RgbaImage};
 
 use super::*;
+use crate::io::{mesh::Part, pose::Influences, tangent};
 use crate::scene::{
     geometry::{Attributes, Geometry, Mesh, Placement, PrimitiveId},
     material::{Material, MaterialId, VertexColors},
-    texture::{Encoding, Filter, Texture, Wrap},
+    texture::{Encoding, Filter, Image, Texels, Texture, Wrap},
 };
 
 fn encoded(image: &DynamicImage, format: ImageFormat) -> Vec<u8> {
@@ -215,7 +216,7 @@ fn an_instance_has_the_axes_of_its_copy() {
         mesh.add_triangles_with(&positions, Some(&normals), &attributes, &[[0, 1, 2]], MaterialId(0));
         let mesh = instanced.add_mesh(mesh);
         instanced.add_instance(mesh, Placement::new(to_world).unwrap());
-        let part = mesh::Part {
+        let part = Part {
             positions: positions.to_vec(),
             normals: Some(normals.to_vec()),
             attributes: attributes.clone(),
@@ -292,4 +293,35 @@ fn crc(bytes: &[u8]) -> u32 {
     !bytes.iter().fold(!0_u32, |crc, byte| {
         (0..8).fold(crc ^ u32::from(*byte), |crc, _| (crc >> 1) ^ (0xedb8_8320 & (crc & 1).wrapping_neg()))
     })
+}
+
+#[test]
+fn a_black_emissive_texture_lights_nothing() {
+    let material = json!({ "emissiveFactor": [1, 1, 1], "emissiveTexture": { "index": 0 } });
+    for (value, lit) in [(0, false), (1, true)] {
+        let image = RgbImage::from_pixel(4, 4, image::Rgb([0, value, 0])).into();
+        let loaded = load(&textured(&encoded(&image, ImageFormat::Png), &material)).unwrap();
+        assert_eq!((first(&loaded).emits(), loaded.is_lit()), (lit, lit));
+    }
+}
+
+#[test]
+fn tangents_around_a_vertex_of_very_many_triangles_are_made() {
+    // A fan: every triangle shares the vertex in the middle, and its edges with its neighbours.
+    let n = 3000_u32;
+    let around = (0..=n).map(|i| Vec2::from_angle(std::f32::consts::PI * i as f32 / n as f32));
+    let uv: Vec<_> = std::iter::once(Vec2::ZERO).chain(around).collect();
+    let mut attributes = Attributes::default();
+    attributes.uv[0] = uv.clone();
+    let mut part = Part {
+        positions: uv.iter().map(|p| p.extend(0.0)).collect(),
+        normals: Some(vec![Vec3::Z; uv.len()]),
+        attributes,
+        triangles: (1..=n).map(|i| [0, i, i + 1]).collect(),
+        influences: Influences::default(),
+        material: 0,
+    };
+    let image = Image::new(1, 1, Texels::U8(vec![128, 128, 255]));
+    assert!(tangent::generate(&mut part, &Texture::new(Arc::new(image), Encoding::Linear)));
+    assert!((part.attributes.tangents[0].truncate() - Vec3::X).length() < 1e-3, "{}", part.attributes.tangents[0]);
 }

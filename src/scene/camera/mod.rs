@@ -48,6 +48,10 @@ enum Projection {
     Orthographic,
 }
 
+/// The radius below which a lens is a pinhole, metres: W_e of a smaller one may leave what f32 can hold, and nothing would look
+/// different.
+const SMALLEST_LENS: f32 = 1e-9;
+
 impl Camera {
     /// A pinhole camera at `position` that looks at `target`, with a vertical field of view of `yfov` radians over the
     /// (unpadded) image height. Pixels are square.
@@ -77,7 +81,7 @@ impl Camera {
     }
 
     /// The same perspective camera with a thin lens of this diameter (`aperture`) around its pinhole, in focus at the
-    /// distance `focus` along its axis; both in metres. With an aperture of zero it is a pinhole.
+    /// distance `focus` along its axis; both in metres. With an aperture below two nanometres it is a pinhole.
     ///
     /// # Panics
     /// If `aperture` is negative or not finite, or `focus` is not positive; and on an orthographic camera.
@@ -89,13 +93,14 @@ impl Camera {
             "no lens: {aperture} m wide, focus at {focus} m"
         );
         let radius = 0.5 * aperture;
-        // A disk whose area f32 cannot hold has no density.
-        let projection = if PI * radius * radius > f32::MIN_POSITIVE {
-            Projection::ThinLens { radius, focus }
-        } else {
-            Projection::Pinhole
-        };
+        let projection =
+            if radius >= SMALLEST_LENS { Projection::ThinLens { radius, focus } } else { Projection::Pinhole };
         Self { projection, ..self }
+    }
+
+    /// Whether it sees along one direction.
+    pub fn is_orthographic(&self) -> bool {
+        matches!(self.projection, Projection::Orthographic)
     }
 
     /// The image that this camera looks through.

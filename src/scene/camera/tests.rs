@@ -167,3 +167,15 @@ fn a_small_lens_is_a_pinhole() {
         assert!((pinhole.we(&pinhole.lens_point(), a) / of_lens - 1.0).abs() < 1e-5);
     }
 }
+
+#[test]
+fn weights_are_finite_for_the_smallest_lens_before_the_narrowest_view() {
+    let sensor = Sensor { width: 40, height: 1 << 16, padding: 2 };
+    let camera = Camera::look_at(Vec3::ZERO, Vec3::NEG_Z, Vec3::Y, 1e-5, sensor);
+    for aperture in [3e-9, 1e-9, 1e-15, 1e-20] {
+        let camera = camera.with_lens(aperture, 1.0);
+        assert_eq!(camera.has_aperture(), aperture > 2e-9);
+        let w = camera.direction(&camera.lens_point(), Raster(0.5 * sensor.size()));
+        assert!(camera.we(&camera.lens_point(), w).is_finite(), "{aperture}");
+    }
+}

@@ -52,20 +52,20 @@ impl Attributes {
             && self.tangents.iter().all(|t| t.is_finite())
     }
 
-    /// Adds those of a mesh whose first vertex has index `base`. What a mesh lacks is zero, and no memory is taken for what
-    /// no mesh has had so far.
+    /// Adds those of a mesh whose first vertex has index `base`. What a mesh lacks is zero, its colour white, and no memory is
+    /// taken for what no mesh has had so far.
     pub(super) fn append(&mut self, base: usize, mesh: &Self) {
-        fn put<T: Copy + Default>(all: &mut Vec<T>, base: usize, more: &[T]) {
+        fn put<T: Copy>(all: &mut Vec<T>, base: usize, lacking: T, more: &[T]) {
             if !more.is_empty() {
-                all.resize(base, T::default());
+                all.resize(base, lacking);
                 all.extend_from_slice(more);
             }
         }
         for (all, more) in self.uv.iter_mut().zip(&mesh.uv) {
-            put(all, base, more);
+            put(all, base, Vec2::ZERO, more);
         }
-        put(&mut self.colors, base, &mesh.colors);
-        put(&mut self.tangents, base, &mesh.tangents);
+        put(&mut self.colors, base, [u16::MAX; 4], &mesh.colors);
+        put(&mut self.tangents, base, Vec4::ZERO, &mesh.tangents);
     }
 
     /// The place with barycentric coordinates `b` (of the second and third corner) between these vertices.

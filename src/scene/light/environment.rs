@@ -4,6 +4,7 @@ use std::f32::consts::{FRAC_1_PI, FRAC_PI_2, TAU};
 
 use glam::{Vec2, Vec3};
 
+use super::BRIGHTEST;
 use crate::{
     math::{Rgb, luminance},
     sampling::PdfSolidAngle,
@@ -56,8 +57,6 @@ pub struct NotARadiance {
 
 /// Texels that are darker than the brightest by more than this factor are black: the film could not hold their light.
 const FAINTEST: f32 = 1.0 / (1_u128 << 64) as f32;
-/// Integrals of brighter texels would come near the end of what f32 can represent.
-const BRIGHTEST: f32 = 1e30;
 
 /// Where a direction falls: between two rows and two columns of centres.
 struct Cell {
@@ -239,8 +238,12 @@ fn choose(cumulative: &[f32], u: f32) -> (usize, f32) {
 
 /// A number in [0, 1] with a density that is linear from `a` at 0 to `b` at 1 (up to their common scale).
 #[inline]
-fn linear(u: f32, a: f32, b: f32) -> f32 {
+pub(super) fn linear(u: f32, a: f32, b: f32) -> f32 {
     let sum = a + b;
+    // Rounding may choose a place between two black texels: there, any point is as good.
+    if sum <= 0.0 {
+        return u;
+    }
     let (a, b) = (a / sum, b / sum);
     // The inverse of a x + (b − a) x²/2, over (a + b)/2 = ½.
     u / (a + (a * a + (b - a) * u).max(f32::MIN_POSITIVE).sqrt())

@@ -12,11 +12,7 @@ mod spot;
 #[cfg(test)]
 mod tests;
 
-use std::{
-    collections::HashMap,
-    f32::consts::{FRAC_1_PI, PI},
-    sync::Arc,
-};
+use std::{collections::HashMap, f32::consts::FRAC_1_PI, sync::Arc};
 
 use glam::{Vec2, Vec3};
 
@@ -36,7 +32,12 @@ use crate::{
     sampling::{Discrete, PdfArea, PdfSolidAngle, warp},
 };
 
-/// The index of a light: every emissive triangle or sphere is one, and so is every point light, sun and environment.
+/// More than this in any channel is no radiance, intensity or irradiance of a light that is read: integrals of it would come
+/// near the end of what f32 can represent.
+pub const BRIGHTEST: f32 = 1e30;
+
+/// The index of a light: every triangle or sphere that emits is one, in every instance, and so is every point light, spot, sun
+/// and environment.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct LightId(pub u32);
 
@@ -114,7 +115,7 @@ impl Lights {
     /// # Panics
     /// If `others` holds more than one environment.
     pub fn new(geometry: &Geometry, materials: &[Material], others: &[Light]) -> Self {
-        let emits = |id: MaterialId| materials[id.0 as usize].emission != Rgb::ZERO;
+        let emits = |id: MaterialId| materials[id.0 as usize].emits();
         let textured =
             |id: MaterialId| emits(id) && materials[id.0 as usize].maps.as_ref().is_some_and(|m| m.vary_emission());
         let detail = Detail::among(geometry.with_material(&textured).count());
@@ -162,15 +163,21 @@ impl Lights {
     }
 
     /// The luminance of the emitted power Φ, W or lumen. An infinite light counts what falls on the scene's disk, from every
-    /// direction in which it shines.
+    /// direction in which it shines. Zero for a primitive so large that f32 has no number for its area, and so no density.
     fn power(&self, light: &Light) -> f64 {
-        let disk = f64::from(PI) * f64::from(self.radius).powi(2);
+        use std::f64::consts::PI;
+        // In f64, since products of what f32 can represent leave it.
+        let disk = PI * f64::from(self.radius).powi(2);
+        let of = |rgb: Rgb| f64::from(luminance(rgb));
         match light {
-            Light::Area { radiance, sides, area, .. } => f64::from(luminance(*radiance) * PI * area * sides.count()),
-            Light::Point { intensity, .. } => f64::from(luminance(*intensity) * 4.0 * PI),
-            Light::Spot(spot) => f64::from(luminance(spot.intensity()) * spot.solid_angle()),
-            Light::Directional { irradiance, .. } => f64::from(luminance(*irradiance)) * disk,
-            Light::Environment { radiance } => f64::from(luminance(*radiance) * 4.0 * PI) * disk,
+            Light::Area { area, .. } if !area.is_finite() => 0.0,
+            Light::Area { radiance, sides, area, .. } => {
+                of(*radiance) * PI * f64::from(*area) * f64::from(sides.count())
+            }
+            Light::Point { intensity, .. } => of(*intensity) * 4.0 * PI,
+            Light::Spot(spot) => of(spot.intensity()) * f64::from(spot.solid_angle()),
+            Light::Directional { irradiance, .. } => of(*irradiance) * disk,
+            Light::Environment { radiance } => of(*radiance) * 4.0 * PI * disk,
             Light::EnvironmentMap(map) => f64::from(map.integral()) * disk,
         }
     }
@@ -293,7 +300,8 @@ impl Lights {
         let id = self.choose(choose)?;
         let point = self.sample_position(geometry, materials, id, position);
         let pdf_position = self.pdf_position(&point);
-        if pdf_position == PdfArea::ZERO {
+        let emits = pdf_position > PdfArea::ZERO;
+        if !emits {
             return None; // rounding brought it just outside of what emits
         }
         let (direction, origin) = match self.get(id) {

@@ -6,10 +6,14 @@ use glam::{DVec2, Vec2, Vec3};
 use proptest::{prelude::prop_assert, proptest};
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 
-use super::{EnvironmentMap, Spot};
+use super::{BRIGHTEST, EnvironmentMap, Light, Lights, Spot};
 use crate::{
     math::{Frame, Rgb, luminance},
     sampling::{Independent, PdfSolidAngle, Sampler, Stream},
+    scene::{
+        geometry::Geometry,
+        material::{Material, MaterialId},
+    },
 };
 
 /// Bins of the sphere of equal solid angle: rows even in cos θ and columns even in longitude, both about `axis`, with rows
@@ -264,5 +268,39 @@ proptest! {
             prop_assert!(radiance.is_finite() && radiance.min_element() >= 0.0 && p.is_finite());
             prop_assert!((radiance == Rgb::ZERO) == (p == 0.0));
         }
+    }
+}
+
+#[test]
+fn samples_at_the_edge_of_what_is_black_are_numbers() {
+    // Columns 1 to 3 are black, and so is the cell between any two of them; u = 0 is at its border.
+    for x in [0, 4] {
+        let map = one(x, 2, 0.0);
+        for u in [Vec2::ZERO, Vec2::X * 0.5, Vec2::Y * 0.5, Vec2::splat(1.0_f32.next_down())] {
+            let w = map.sample(u);
+            assert!(w.is_finite() && map.pdf(w).0 >= 0.0, "{x}, {u}: {w}");
+        }
+    }
+    assert!((0..10).all(|i| super::environment::linear(i as f32 / 10.0, 0.0, 0.0) == i as f32 / 10.0));
+}
+
+#[test]
+fn the_brightest_lights_have_a_choice_among_them() {
+    let white = Rgb::splat(BRIGHTEST);
+    let mut geometry = Geometry::default();
+    for radius in [1e3, 1e18] {
+        geometry.add_sphere(Vec3::ZERO, radius, MaterialId(0));
+    }
+    let materials = [Material::diffuse("", Rgb::ZERO).emitting(white)];
+    let others = [
+        Light::Point { position: Vec3::ZERO, intensity: white },
+        Light::Spot(Spot::new(Vec3::ZERO, Vec3::X, white, 0.0, 1.0)),
+        Light::Directional { towards: Vec3::X, irradiance: white },
+        Light::Environment { radiance: white },
+    ];
+    let lights = Lights::new(&geometry, &materials, &others);
+    for i in 0..6 {
+        let p = lights.choice.probability(i);
+        assert!(p > 0.0 && p < 1.0, "{i}: {p}");
     }
 }

@@ -123,6 +123,11 @@ impl Image {
         *self.peak.get_or_init(|| self.peak_within(0..self.width, 0..self.height))
     }
 
+    /// Whether every texel is black, whatever its alpha.
+    pub fn is_black(&self) -> bool {
+        self.peak() == 0.0
+    }
+
     /// The memory that the texels take, bytes.
     pub fn bytes(&self) -> usize {
         match &self.texels {
