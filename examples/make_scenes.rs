@@ -165,8 +165,8 @@ fn caustic_ring() -> Vec<u8> {
 fn caustic_sphere() -> Vec<u8> {
     let mut scene = cornell();
     let (x, z) = (BOX[0] / 2.0, BOX[2] / 2.0);
-    let light = ceiling_light([x - 0.25, x + 0.25], [z - 0.25, z + 0.25]);
-    scene.mesh("light", "light", Surface::Emitter([93.0, 73.0, 37.0]), &light);
+    let light = ceiling_light([x - 0.45, x + 0.45], [z - 0.45, z + 0.45]);
+    scene.mesh("light", "light", Surface::Emitter([28.7, 22.5, 11.4]), &light);
     scene.sphere("glass ball", "glass", Surface::Glass(1.5), [2.764, 1.5, 2.6], 1.0);
     scene.finish()
 }
