@@ -115,7 +115,7 @@ pub(super) fn light(
     }
     if intensity.max_element() > BRIGHTEST {
         let what =
-            format!("the colour times the intensity is {}, and {BRIGHTEST:e} is the limit", intensity.max_element());
+            format!("the colour times the intensity is {:e}, and {BRIGHTEST:e} is the limit", intensity.max_element());
         return Err(Fault::invalid(at, what));
     }
     if intensity == Vec3::ZERO {
