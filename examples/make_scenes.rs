@@ -159,6 +159,9 @@ fn caustic_ring() -> Vec<u8> {
     let from = [2.2, 2.8, 0.8];
     let light = facing_quad(from, shapes::unit(shapes::sub([0.; 3], from)), 0.1);
     scene.mesh("light", "light", Surface::Emitter([600.0; 3]), &light);
+    // A soft fill out of view, so that the shadows are not black.
+    let fill = facing_quad([0.0, 6.0, 0.0], [0., -1., 0.], 1.5);
+    scene.mesh("fill", "fill", Surface::Emitter([3.0; 3]), &fill);
     scene.finish()
 }
 

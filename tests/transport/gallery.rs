@@ -51,12 +51,13 @@ fn under_sun_and_sky() {
     where_all_cover("outdoor", &gallery("outdoor"), &[PathTracing, LightTracing, Hybrid, Bdpt], 1..=DEPTH);
 }
 
-/// No camera path meets a lamp without extent: what `path` misses is compared without it.
+/// No camera path meets a lamp without extent: what `path` misses is compared without it, and what it finds behind a glossy
+/// reflection it finds so rarely that only direct light is compared.
 #[test]
 fn glass_and_metal_under_points_and_spots() {
     let scene = gallery("glass-and-metal");
     where_all_cover("glass-and-metal", &scene, &[LightTracing, Hybrid, Bdpt], 1..=DEPTH);
-    where_all_cover("glass-and-metal by path", &scene, &[PathTracing, Bdpt], 1..=DEPTH);
+    where_all_cover("glass-and-metal by path", &scene, &[PathTracing, Bdpt], 1..=2);
 }
 
 #[test]
