@@ -111,9 +111,7 @@ fn every_model_is_the_same_by_path_tracing_and_by_bdpt() {
         // Path tracing does not find the caustics of lights without an extent, nor shows through what it cannot connect.
         let table = Integrator::new(IntegratorKind::Path, SENSOR, DEPTH, Settings::new(SENSOR).roulette);
         let deltas = scene.materials().iter().any(|m| m.bsdf.delta_count() > 0);
-        let extended =
-            |light: &Light| matches!(light, Light::Area { .. } | Light::Environment { .. } | Light::EnvironmentMap(_));
-        let covered_alone = deltas && !scene.lights().all().iter().all(extended);
+        let covered_alone = deltas && !scene.lights().all().iter().all(Light::has_extent);
         let keep = |path: &JoinedPath| !covered_alone || path.edges() <= 2 || table.covers(path);
         let path = estimate(&scene, IntegratorKind::Path, SPP[0], &keep);
         let bdpt = estimate(&scene, IntegratorKind::Bdpt, SPP[1], &keep);

@@ -13,7 +13,7 @@ pub fn mis_plates() -> Vec<u8> {
     let mut scene = Builder::new(Camera {
         position: eye,
         target: [0.0, -1.9, 2.5],
-        yfov: 28.0_f64.to_radians(),
+        yfov: 31.0_f64.to_radians(),
         aspect: 4.0 / 3.0,
     });
     let gray = Surface::Diffuse([0.4; 3]);
@@ -25,7 +25,7 @@ pub fn mis_plates() -> Vec<u8> {
     );
     scene.mesh("back", "gray", gray, &quad([[-10., -4.2, -3.], [10., -4.2, -3.], [10., 6., -3.], [-10., 6., -3.]]));
     let places =
-        [([0.0, -1.55, 1.3], 0.08), ([0.0, -2.3, 3.2], 0.15), ([0.0, -2.95, 5.3], 0.25), ([0.0, -3.5, 7.6], 0.38)];
+        [([0.0, -1.5, 0.6], 0.08), ([0.0, -2.15, 2.2], 0.15), ([0.0, -2.8, 3.8], 0.25), ([0.0, -3.45, 5.4], 0.38)];
     for (i, (center, roughness)) in places.into_iter().enumerate() {
         let to = |p: V3| unit(shapes::sub(p, center));
         let facing = unit(along(to(eye), to([0.; 3]), 1.0));

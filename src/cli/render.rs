@@ -207,9 +207,7 @@ fn foretell(job: &Job<'_>, scene: &Scene, max_depth: u32, terminal: Terminal) {
             );
         }
     }
-    let extended =
-        |light: &Light| matches!(light, Light::Area { .. } | Light::Environment { .. } | Light::EnvironmentMap(_));
-    if settings.integrator == IntegratorKind::PathHemisphere && !scene.lights().all().iter().all(extended) {
+    if settings.integrator == IntegratorKind::PathHemisphere && !scene.lights().all().iter().all(Light::has_extent) {
         terminal.warn(
             "point lights, spots and suns will be dark: path-hemisphere waits until a walk hits a light, and these \
              have no extent (-i path or bdpt sample them)",

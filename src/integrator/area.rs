@@ -3,6 +3,7 @@
 //!
 //! An oracle, slow and simple: it uses F_j, V on every edge and area densities, and nothing of what walks, connections and
 //! weights use. Where surfaces touch, its variance is infinite (∫G² diverges): compare it in scenes whose surfaces do not.
+//! As the definition does, it takes memory for each path.
 
 use crate::{
     path::{Edge, JoinedPath, Path, Step, Vertex},

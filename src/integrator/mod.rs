@@ -301,7 +301,7 @@ impl Integrator {
         sink.walked(camera.steps().len() - 1);
         for t in 2..=camera.steps().len() {
             let prefix = &camera.steps()[..t];
-            self.repeat(Strategy { s: 0, t: t as u32 }, sink, |_| JoinedPath::hit(scene, prefix, raster));
+            self.repeat(Strategy { s: 0, t: t as u32 }, sink, || JoinedPath::hit(scene, prefix, raster));
             let z = &prefix[t - 1].vertex.point;
             if !z.bsdf.has_continuous() {
                 continue;
@@ -315,7 +315,7 @@ impl Integrator {
                 }
             }
             for s in 2..=light.steps().len() {
-                self.repeat(Strategy { s: s as u32, t: t as u32 }, sink, |_| {
+                self.repeat(Strategy { s: s as u32, t: t as u32 }, sink, || {
                     JoinedPath::inner(scene, prefix, light, s, raster)
                 });
             }
@@ -324,9 +324,9 @@ impl Integrator {
 
     /// Considers what `find` finds, as often as the table says.
     #[inline]
-    fn repeat<'a>(&self, strategy: Strategy, sink: &mut impl Sink, find: impl Fn(u32) -> Option<JoinedPath<'a>>) {
-        for i in 0..self.evaluated.multiplicity(strategy) {
-            self.consider(find(i), sink);
+    fn repeat<'a>(&self, strategy: Strategy, sink: &mut impl Sink, find: impl Fn() -> Option<JoinedPath<'a>>) {
+        for _ in 0..self.evaluated.multiplicity(strategy) {
+            self.consider(find(), sink);
         }
     }
 

@@ -86,7 +86,6 @@ impl Assembly<'_> {
         let shared = shown.uses > 1 && triangles * shown.uses > MAX_COPIES;
         for to_world in transforms(self.accessors, node, placed)? {
             let placed = Placed { to_world, ..*placed };
-            self.loaded.summary.triangles += triangles as usize;
             let kept = match Placement::new(to_world).filter(|_| shared) {
                 Some(placement) => self.instance(&mut shown.kept, &parts, &materials, &placement, &placed)?,
                 None => false,
@@ -107,7 +106,6 @@ impl Assembly<'_> {
         for to_world in transforms(self.accessors, node, placed)? {
             for part in &parts {
                 self.counts.add(part, placed)?;
-                self.loaded.summary.triangles += part.triangles.len();
                 let world = match &joints {
                     Some(joints) if !part.influences.is_empty() => pose::place(part, joints, placed)?,
                     _ => mesh::place(part, &Placed { to_world, ..*placed })?,

@@ -16,7 +16,7 @@ use super::{
     pose::{self, Influences},
     tangent,
 };
-use crate::scene::geometry::Attributes;
+use crate::scene::geometry::{Attributes, moved_tangent};
 
 /// More triangles than this are refused before they are made. Those of a shared mesh count once.
 pub(super) const MAX_TRIANGLES: usize = 1 << 27;
@@ -212,15 +212,20 @@ pub(super) fn place(part: &Part, node: &Placed) -> Result<World, Fault> {
     }
     let mirrored = m.determinant() < 0.0;
     let turn = |&[a, b, c]: &[u32; 3]| if mirrored { [a, c, b] } else { [a, b, c] };
-    let normals = normal_matrix(m);
-    let normal = |n: &Vec3| (normals * n.as_dvec3()).try_normalize().map_or(*n, |n| n.as_vec3());
-    let tangents = part.attributes.tangents.iter().map(|&t| tangent::placed(m, t)).collect();
+    let matrix = normal_matrix(m);
+    let normal = |n: &Vec3| turned(matrix, *n);
+    let tangents = part.attributes.tangents.iter().map(|&t| moved_tangent(m, t)).collect();
     Ok(World {
         positions,
         attributes: Attributes { tangents, ..part.attributes.clone() },
         normals: part.normals.as_ref().map(|normals| normals.iter().map(normal).collect()),
         triangles: part.triangles.iter().map(turn).collect(),
     })
+}
+
+/// The unit normal `n` after a [`normal_matrix`]; as it was where the matrix leaves nothing of it.
+pub(super) fn turned(matrix: DMat3, n: Vec3) -> Vec3 {
+    (matrix * n.as_dvec3()).try_normalize().map_or(n, |n| n.as_vec3())
 }
 
 /// The matrix that takes normals along with `m`, up to a positive factor: the cofactors are the inverse transpose up to the

@@ -145,10 +145,6 @@ pub struct Summary {
     pub animations: usize,
     /// Number of skins.
     pub skins: usize,
-    /// Number of triangles in the scene, instances counted.
-    pub triangles: usize,
-    /// Number of analytic spheres in the scene.
-    pub spheres: usize,
     /// The extensions that it uses.
     pub extensions_used: Vec<String>,
     /// The extensions that it cannot do without.
@@ -294,7 +290,6 @@ impl<'a> Assembly<'a> {
         }
         let material = self.material(material, Coloring::Plain);
         self.loaded.geometry.add_sphere(node.origin(), radius, material);
-        self.loaded.summary.spheres += 1;
         Ok(())
     }
 

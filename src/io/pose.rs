@@ -1,6 +1,6 @@
 //! Poses at rest: morph targets with the weights that the file gives, and skins with their joints where the nodes are.
 
-use glam::{DAffine3, DMat3, DMat4, DVec3, Vec3, Vec4};
+use glam::{DAffine3, DMat4, Vec3, Vec4};
 use gltf_json::{
     Accessor, Index, Node, Root,
     mesh::{Primitive, Semantic},
@@ -10,11 +10,11 @@ use gltf_json::{
 use super::{
     accessor::{self, Accessors},
     error::Fault,
-    mesh::{Part, World, normal_matrix},
+    mesh::{Part, World, normal_matrix, turned},
     node::Placed,
     tangent,
 };
-use crate::scene::geometry::Attributes;
+use crate::scene::geometry::{Attributes, moved_tangent};
 
 /// Moves positions and normals by the morph targets: base + Σ weight · displacement (glTF 2.0 specification, 3.7.2.2).
 /// Normals are not normalised.
@@ -202,16 +202,11 @@ pub(super) fn place(part: &Part, joints: &[DAffine3], placed: &Placed) -> Result
         }
         positions.push(position);
         if let (Some(to), Some(from)) = (&mut normals, &part.normals) {
-            to.push(turned(matrix.matrix3, from[i]));
+            to.push(turned(normal_matrix(matrix.matrix3), from[i]));
         }
-        attributes.tangents.extend(part.attributes.tangents.get(i).map(|&t| tangent::placed(matrix.matrix3, t)));
+        attributes.tangents.extend(part.attributes.tangents.get(i).map(|&t| moved_tangent(matrix.matrix3, t)));
         mirrored.push(matrix.matrix3.determinant() < 0.0);
     }
     let turn = |&[a, b, c]: &[u32; 3]| if mirrored[a as usize] { [a, c, b] } else { [a, b, c] };
     Ok(World { positions, normals, attributes, triangles: part.triangles.iter().map(turn).collect() })
-}
-
-fn turned(m: DMat3, n: Vec3) -> Vec3 {
-    let n64: DVec3 = normal_matrix(m) * n.as_dvec3();
-    n64.try_normalize().map_or(n, |n| n.as_vec3())
 }

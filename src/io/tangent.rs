@@ -4,7 +4,7 @@
 use std::{collections::HashMap, thread};
 
 use bevy_mikktspace::{Geometry, TangentSpace, generate_tangents};
-use glam::{DMat3, Vec2, Vec3, Vec4};
+use glam::{Vec2, Vec3, Vec4};
 
 use super::mesh::Part;
 use crate::scene::texture::Texture;
@@ -41,12 +41,6 @@ pub(super) fn generate(part: &mut Part, normal: &Texture) -> bool {
         split(part, &corners);
     }
     generated
-}
-
-/// A tangent where `m` takes it. It lies in the surface and goes with it; a mirror turns N × T against the image's up.
-pub(super) fn placed(m: DMat3, tangent: Vec4) -> Vec4 {
-    let sign = 1.0_f64.copysign(m.determinant()) as f32;
-    (m * tangent.truncate().as_dvec3()).normalize_or_zero().as_vec3().extend(sign * tangent.w)
 }
 
 struct Mesh<'a> {

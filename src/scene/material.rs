@@ -65,6 +65,18 @@ pub enum Boundary {
 }
 
 impl Parameters {
+    /// A white Lambertian reflector.
+    pub const LAMBERT: Self = Self {
+        base_color: Rgb::ONE,
+        metallic: 0.0,
+        roughness: 1.0,
+        transmission: 0.0,
+        specular: 0.0,
+        specular_color: Rgb::ONE,
+        ior: 1.5,
+        boundary: Boundary::Opaque,
+    };
+
     /// The BSDF of these parameters.
     ///
     /// | parameters | BSDF |

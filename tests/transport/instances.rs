@@ -62,13 +62,7 @@ pub fn place(g: &mut Geometry, parts: &[Part], places: &[DAffine3], copies: Copi
 /// A room whose only light are three lamps of one mesh, a slanted panel that emits from its front under a shade: one turned, one
 /// mirrored and stretched, one sheared; and two smooth, glossy pyramids, one of them mirrored.
 fn room(sensor: Sensor, copies: Copies) -> Scene {
-    let brass = MetallicRoughness {
-        base_color: Rgb::new(0.9, 0.7, 0.4),
-        metallic: 1.0,
-        alpha: 0.25,
-        dielectric_f0: Rgb::splat(0.04),
-        dielectric_f90: 1.0,
-    };
+    let brass = MetallicRoughness::new(Rgb::new(0.9, 0.7, 0.4), 1.0, 0.25);
     let materials = vec![
         Material::diffuse("white", Rgb::splat(0.6)),
         Material::diffuse("red", Rgb::new(0.6, 0.2, 0.1)),

@@ -46,13 +46,7 @@ fn sky(rotation: f32) -> Light {
 fn terrace(turn: f32, sensor: Sensor) -> Scene {
     let turned = Mat3::from_rotation_y(turn);
     let v = |x: f32, y: f32, z: f32| turned * Vec3::new(x, y, z);
-    let varnished = Bsdf::MetallicRoughness(MetallicRoughness {
-        base_color: Rgb::new(0.6, 0.3, 0.2),
-        metallic: 0.0,
-        alpha: 0.36,
-        dielectric_f0: Rgb::splat(0.04),
-        dielectric_f90: 1.0,
-    });
+    let varnished = Bsdf::MetallicRoughness(MetallicRoughness::new(Rgb::new(0.6, 0.3, 0.2), 0.0, 0.36));
     let materials = vec![
         Material::diffuse("floor", Rgb::new(0.6, 0.55, 0.5)),
         Material::diffuse("lamp", Rgb::splat(0.2)).emitting(Rgb::new(3.0, 2.5, 2.0)),

@@ -53,13 +53,7 @@ const SAME: Change =
 fn court(change: Change) -> Scene {
     let Change { motion, scale, emission, .. } = change;
     let at = |x: f32, y: f32, z: f32| motion.transform_point3(Vec3::new(x, y, z));
-    let varnish = MetallicRoughness {
-        base_color: Rgb::new(0.6, 0.3, 0.2),
-        metallic: 0.0,
-        alpha: 0.3,
-        dielectric_f0: Rgb::splat(0.04),
-        dielectric_f90: 1.0,
-    };
+    let varnish = MetallicRoughness::new(Rgb::new(0.6, 0.3, 0.2), 0.0, 0.3);
     let materials = vec![
         Material::diffuse("ground", Rgb::new(0.5, 0.45, 0.4)),
         Material::new("varnish", Bsdf::MetallicRoughness(varnish)),

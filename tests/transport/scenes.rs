@@ -14,7 +14,7 @@ use pathspace::{
         camera::{Camera, Sensor},
         geometry::{Attributes, Geometry},
         light::Light,
-        material::{Boundary, Coverage, EmissionSides, Maps, Material, MaterialId, Parameters, VertexColors},
+        material::{Coverage, EmissionSides, Maps, Material, MaterialId, Parameters, VertexColors},
         texture::{Encoding, Image, Texels, Texture},
     },
 };
@@ -67,18 +67,13 @@ pub fn cube_inside(geometry: &mut Geometry, half: f32, materials: [u32; 6]) {
     }
 }
 
+fn glossy(base_color: Rgb, metallic: f32, roughness: f32) -> Bsdf {
+    Bsdf::MetallicRoughness(MetallicRoughness::new(base_color, metallic, roughness * roughness))
+}
+
 /// A small room with one of every material, every light that a scene can hold, smooth normals and an absorbing volume:
 /// not pretty, but every term of the core differs from 1 in it.
 pub fn zoo(sensor: Sensor) -> Scene {
-    let glossy = |base, metallic, roughness: f32| {
-        Bsdf::MetallicRoughness(MetallicRoughness {
-            base_color: base,
-            metallic,
-            alpha: roughness * roughness,
-            dielectric_f0: Rgb::splat(0.04),
-            dielectric_f90: 1.0,
-        })
-    };
     let rough_glass =
         Bsdf::Dielectric(Dielectric { color: Rgb::new(0.9, 1.0, 0.8), ior: 1.4, alpha: 0.2, transmission: 1.0 });
     let mut glass = Material::glass("tinted glass", 1.5);
@@ -144,16 +139,7 @@ pub fn open_zoo(sensor: Sensor) -> Scene {
 pub fn leafy(name: &str, emission: Rgb) -> Material {
     let texels = [[200, 90, 60, 255], [90, 180, 90, 0], [60, 90, 200, 120], [220, 220, 120, 200]];
     let image = Image::new(2, 2, Texels::U8(texels.as_flattened().to_vec()));
-    let mut maps = Maps::new(Parameters {
-        base_color: Rgb::ONE,
-        metallic: 0.0,
-        roughness: 1.0,
-        transmission: 0.0,
-        specular: 0.0,
-        specular_color: Rgb::ONE,
-        ior: 1.5,
-        boundary: Boundary::Opaque,
-    });
+    let mut maps = Maps::new(Parameters::LAMBERT);
     maps.base_color = Some(Texture::new(Arc::new(image), Encoding::Srgb));
     maps.vertex_colors = VertexColors::BaseColor;
     Material::varying(name, maps).emitting(emission)
@@ -173,13 +159,7 @@ pub fn leaf(geometry: &mut Geometry, corners: [Vec3; 4], material: u32) {
 pub fn veiled(sensor: Sensor) -> Scene {
     let blend = |material: Material, factor| material.covering(Coverage::Blend { factor });
     let mask = |material: Material, factor| material.covering(Coverage::Mask { factor, cutoff: 0.5 });
-    let gloss = Bsdf::MetallicRoughness(MetallicRoughness {
-        base_color: Rgb::new(0.7, 0.4, 0.3),
-        metallic: 0.3,
-        alpha: 0.2,
-        dielectric_f0: Rgb::splat(0.04),
-        dielectric_f90: 1.0,
-    });
+    let gloss = Bsdf::MetallicRoughness(MetallicRoughness::new(Rgb::new(0.7, 0.4, 0.3), 0.3, 0.2));
     let mut glass = Material::glass("glass", 1.5);
     glass.absorption = Rgb::new(0.2, 0.9, 2.0);
     let mut lamp = Material::diffuse("lamp", Rgb::splat(0.3)).emitting(Rgb::new(9.0, 7.0, 4.0));
@@ -257,15 +237,6 @@ pub fn sphere_furnace(albedo: f32, radiance: f32, sensor: Sensor) -> Scene {
 /// A room open to the sky, in which the first integrators of the lecture have a low variance: most walks end in light, its lamp
 /// is large and touches nothing. Every kind of material is there, deltas beside continuous parts among them.
 pub fn courtyard(others: &[Light], sensor: Sensor) -> Scene {
-    let glossy = |base, metallic, roughness: f32| {
-        Bsdf::MetallicRoughness(MetallicRoughness {
-            base_color: base,
-            metallic,
-            alpha: roughness * roughness,
-            dielectric_f0: Rgb::splat(0.04),
-            dielectric_f90: 1.0,
-        })
-    };
     let materials = vec![
         Material::diffuse("white", Rgb::new(0.7, 0.72, 0.68)),
         Material::new("plastic", glossy(Rgb::new(0.6, 0.1, 0.1), 0.0, 0.7)),

@@ -11,7 +11,7 @@ use pathspace::{
         camera::{Camera, Sensor},
         geometry::{Attributes, Geometry, PrimitiveId},
         light::Light,
-        material::{Boundary, Maps, Material, MaterialId, NormalMap, Parameters, VertexColors},
+        material::{Maps, Material, MaterialId, NormalMap, Parameters, VertexColors},
         texture::{Encoding, Image, Texels, Texture, Wrap},
     },
 };
@@ -21,18 +21,7 @@ use crate::{
     scenes,
 };
 
-const DIFFUSE: Parameters = Parameters {
-    base_color: Rgb::ONE,
-    metallic: 0.0,
-    roughness: 1.0,
-    transmission: 0.0,
-    specular: 0.0,
-    specular_color: Rgb::ONE,
-    ior: 1.5,
-    boundary: Boundary::Opaque,
-};
-
-const GLOSSY: Parameters = Parameters { roughness: 0.6, specular: 1.0, ..DIFFUSE };
+const GLOSSY: Parameters = Parameters { roughness: 0.6, specular: 1.0, ..Parameters::LAMBERT };
 
 /// An image whose texel (x, y) of `side`² is `color(x, y)`, 0 to 255.
 fn image(side: u32, color: impl Fn(u32, u32) -> [u8; 3]) -> Arc<Image> {
@@ -107,7 +96,7 @@ pub fn smooth_octahedron(sensor: Sensor) -> Scene {
 
 /// A room in which everything varies: tints, roughness and metal, normals, vertex colours, and the light of its ceiling.
 pub fn textured_room(sensor: Sensor) -> Scene {
-    let mut tint = Maps::new(Parameters { base_color: Rgb::splat(0.9), ..DIFFUSE });
+    let mut tint = Maps::new(Parameters { base_color: Rgb::splat(0.9), ..Parameters::LAMBERT });
     tint.base_color = Some(tinted());
     let mut worn = Maps::new(GLOSSY);
     worn.base_color = Some(tinted());
@@ -117,7 +106,7 @@ pub fn textured_room(sensor: Sensor) -> Scene {
         |x: u32, y: u32| [0, if x.is_multiple_of(2) { 255 } else { 150 }, if y.is_multiple_of(2) { 200 } else { 0 }];
     worn.metallic_roughness = Some(Texture::new(image(4, roughness), Encoding::Linear));
     worn.normal = Some(waves(0.5));
-    let mut painted = Maps::new(DIFFUSE);
+    let mut painted = Maps::new(Parameters::LAMBERT);
     painted.vertex_colors = VertexColors::BaseColor;
     let lamp = textured_lamp("lamp", Rgb::new(6.0, 5.0, 4.0));
     let materials = vec![
@@ -146,7 +135,7 @@ fn textured_lamp(name: &str, radiance: Rgb) -> Material {
         3 => [0, 0, 0],
         _ => [200, 60, 40],
     };
-    let mut maps = Maps::new(Parameters { base_color: Rgb::splat(0.2), ..DIFFUSE });
+    let mut maps = Maps::new(Parameters { base_color: Rgb::splat(0.2), ..Parameters::LAMBERT });
     let transform = Affine2::from_scale_angle_translation(Vec2::new(1.0, 0.8), 0.3, Vec2::new(0.1, 0.2));
     maps.emission = Some(Texture { transform, ..Texture::new(image(4, field), Encoding::Srgb) });
     Material::varying(name, maps).emitting(radiance)

@@ -55,7 +55,6 @@ fn a_large_mesh_of_several_nodes_is_kept_once_and_looks_like_its_copies() {
     let g = &mut loaded.geometry;
     // The node that flattens cannot be undone: its triangles are copied.
     assert_eq!((g.instance_count(), g.mesh_count(), g.world_len(), g.triangle_count()), (3, 1, 2000, 8000));
-    assert_eq!(loaded.summary.triangles, 8000);
     g.build();
     assert_eq!(below(g, 7.2, 0.2), Some((PrimitiveId::of(0, 7), 1.0)));
     assert_eq!(below(g, -3.6, 10.3), Some((PrimitiveId::of(1, 7), 2.0)), "mirrored, and its front is still on top");

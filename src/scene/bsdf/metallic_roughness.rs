@@ -31,9 +31,14 @@ pub struct MetallicRoughness {
 const MEAN_SCHLICK_WEIGHT: f32 = 1.0 / 21.0;
 
 impl MetallicRoughness {
+    /// With the interface that glTF gives where no extension says otherwise: index 1.5, which reflects 4 %.
+    pub fn new(base_color: Rgb, metallic: f32, alpha: f32) -> Self {
+        Self { base_color, metallic, alpha, dielectric_f0: Rgb::splat(0.04), dielectric_f90: 1.0 }
+    }
+
     /// A pure metal of the given reflectance at normal incidence.
     pub fn metal(base_color: Rgb, alpha: f32) -> Self {
-        Self { base_color, metallic: 1.0, alpha, dielectric_f0: Rgb::splat(0.04), dielectric_f90: 1.0 }
+        Self::new(base_color, 1.0, alpha)
     }
 
     /// Reflectance of both interfaces together, by Schlick's weight.

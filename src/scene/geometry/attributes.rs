@@ -1,6 +1,6 @@
 //! What vertices carry besides position and normal, for materials that vary over a surface.
 
-use glam::{Vec2, Vec3, Vec4};
+use glam::{DMat3, Vec2, Vec3, Vec4};
 
 /// How many sets of texture coordinates a mesh can have.
 pub const UV_SETS: usize = 4;
@@ -35,6 +35,13 @@ pub struct Interpolation<'a> {
     attributes: &'a Attributes,
     corners: [u32; 3],
     weights: Vec3,
+}
+
+/// The tangent `t` where `m` takes it; zero stays zero. It goes with the surface, but a mirror turns N × T against the image's up,
+/// and so the sign turns.
+pub fn moved_tangent(m: DMat3, t: Vec4) -> Vec4 {
+    let sign = 1.0_f64.copysign(m.determinant()) as f32;
+    (m * t.truncate().as_dvec3()).normalize_or_zero().as_vec3().extend(sign * t.w)
 }
 
 impl Attributes {

@@ -7,6 +7,7 @@ use glam::{DAffine3, DMat3, DVec3, Mat3, Vec2, Vec3, Vec4};
 
 use super::{
     Bounds, Surface,
+    attributes::moved_tangent,
     mesh::{Mesh, shading_normal},
     ray::{Interval, Prepared, Ray},
 };
@@ -123,11 +124,9 @@ impl Instance {
         (self.normals * n).normalize_or_zero()
     }
 
-    /// A vertex tangent in world space. It goes with the surface; a mirror turns N × T against the image's up, so the sign turns.
+    /// A vertex tangent in world space.
     pub fn tangent(&self, t: Vec4) -> Vec4 {
-        let m = self.placement.to_world.matrix3;
-        let sign = 1.0_f64.copysign(m.determinant()) as f32;
-        (m * t.truncate().as_dvec3()).normalize_or_zero().as_vec3().extend(sign * t.w)
+        moved_tangent(self.placement.to_world.matrix3, t)
     }
 
     /// The world-space area of a triangle of `mesh`, m²; positive if the triangle has one in its own space.

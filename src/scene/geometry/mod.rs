@@ -24,7 +24,7 @@ mod triangle;
 use glam::{Vec2, Vec3};
 
 pub use self::{
-    attributes::{Attributes, Interpolation, TangentFrame, UV_SETS},
+    attributes::{Attributes, Interpolation, TangentFrame, UV_SETS, moved_tangent},
     instance::Placement,
     mesh::Mesh,
     offset::offset_origin,

@@ -184,20 +184,11 @@ mod tests {
     use super::*;
     use crate::scene::{
         geometry::Attributes,
-        material::{Boundary, MaterialId, Parameters},
+        material::{MaterialId, Parameters},
         texture::{Encoding, Filter, Image, Texels, Texture},
     };
 
-    const BLACK: Parameters = Parameters {
-        base_color: Rgb::ZERO,
-        metallic: 0.0,
-        roughness: 1.0,
-        transmission: 0.0,
-        specular: 0.0,
-        specular_color: Rgb::ONE,
-        ior: 1.5,
-        boundary: Boundary::Opaque,
-    };
+    const BLACK: Parameters = Parameters { base_color: Rgb::ZERO, ..Parameters::LAMBERT };
 
     /// A right triangle over the lower left half of a grey image of `side`² texels, emitting 2 where it is white.
     fn triangle(side: u32, texels: Vec<u8>) -> (Geometry, Material) {

@@ -220,7 +220,7 @@ impl Lights {
     /// Whether a ray can meet the light at all; points, spots and suns are met with probability zero, and never seen.
     #[inline]
     pub fn is_hittable(&self, id: LightId) -> bool {
-        matches!(self.get(id).kind(), Kind::Surface | Kind::Environment)
+        self.get(id).has_extent()
     }
 
     /// The point at infinity that a ray in the unit direction `w` reaches, if there is an environment.
@@ -347,6 +347,12 @@ impl Lights {
 }
 
 impl Light {
+    /// Whether a ray can meet it: a surface or an environment, not a point, a spot or a sun.
+    #[inline]
+    pub fn has_extent(&self) -> bool {
+        matches!(self.kind(), Kind::Surface | Kind::Environment)
+    }
+
     #[inline]
     fn kind(&self) -> Kind {
         match self {
