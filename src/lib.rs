@@ -63,3 +63,4 @@ pub mod path;
 pub mod render;
 pub mod sampling;
 pub mod scene;
+pub mod statistics;

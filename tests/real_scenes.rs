@@ -4,9 +4,6 @@
 #![allow(clippy::print_stdout, clippy::print_stderr)] // a test says what it measured, and what it could not look at
 
 mod common;
-#[path = "transport/statistics.rs"]
-#[allow(dead_code)] // the transport tests use all of it
-mod statistics;
 
 use std::{
     path::{Path, PathBuf},
@@ -21,8 +18,8 @@ use pathspace::{
     path::{Densities, JoinedPath},
     render::{Renderer, Settings},
     scene::{Scene, camera::Sensor, light::Light},
+    statistics::{Comparison, Estimate, Regions, regions},
 };
-use statistics::{Comparison, Estimate, Regions, regions};
 
 const SENSOR: Sensor = Sensor { width: 64, height: 64, padding: 0 };
 const DEPTH: u32 = 6;

@@ -9,12 +9,10 @@ use pathspace::{
     render::{Renderer, Settings},
     sampling::Filter,
     scene::Scene,
-};
-
-use crate::{
-    report, scenes,
     statistics::{Comparison, Estimate, Regions, regions},
 };
+
+use crate::{report, scenes};
 
 /// The bias of the whole image that every comparison must be able to see.
 const VISIBLE: f64 = 0.01;

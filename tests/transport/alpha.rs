@@ -15,12 +15,12 @@ use pathspace::{
         light::Light,
         material::{Coverage, EmissionSides, Material},
     },
+    statistics::{Estimate, regions},
 };
 
 use crate::{
     agreement::{ALL, Compared, agreement},
     scenes::{self, cube_inside, quad},
-    statistics::{Estimate, regions},
 };
 
 const SENSOR: Sensor = Sensor { width: 16, height: 16, padding: 0 };

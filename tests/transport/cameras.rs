@@ -14,6 +14,7 @@ use pathspace::{
         light::Light,
         material::Material,
     },
+    statistics::Comparison,
 };
 
 use crate::{
@@ -21,7 +22,6 @@ use crate::{
     exactness::{assert_crops_are_slices, assert_threads_do_not_matter, estimate, render},
     identity::assert_identity,
     scenes,
-    statistics::Comparison,
 };
 
 #[allow(non_snake_case)] // a vector reads as one

@@ -6,12 +6,10 @@ use pathspace::{
     render::{Renderer, Settings},
     sampling::Filter,
     scene::{Scene, camera::Sensor},
-};
-
-use crate::{
-    scenes,
     statistics::{Comparison, Estimate, regions},
 };
+
+use crate::scenes;
 
 pub fn render(scene: &Scene, settings: &Settings, spp: u32) -> Image {
     let mut renderer = Renderer::new(scene, settings);

@@ -6,12 +6,10 @@ use pathspace::{
     render::{Renderer, Settings},
     sampling::Filter,
     scene::{Scene, bsdf::Directions},
-};
-
-use crate::{
-    scenes,
     statistics::{Estimate, regions},
 };
+
+use crate::scenes;
 
 const ALBEDO: f64 = 0.5;
 

@@ -17,12 +17,10 @@ use pathspace::{
         light::{EnvironmentMap, Light, Spot},
         material::{Material, MaterialId},
     },
-};
-
-use crate::{
-    agreement, identity, scenes,
     statistics::{Comparison, Estimate, Regions, regions},
 };
+
+use crate::{agreement, identity, scenes};
 
 /// The integrators that cover every kind of light where nothing is specular.
 const KINDS: [IntegratorKind; 4] =

@@ -19,6 +19,5 @@ mod public;
 mod report;
 mod robustness;
 mod scenes;
-mod statistics;
 mod textures;
 mod transparent;

@@ -13,12 +13,12 @@ use pathspace::{
         light::Light,
         material::{Material, MaterialId},
     },
+    statistics::Comparison,
 };
 
 use crate::{
     exactness::{estimate, render},
     scenes,
-    statistics::Comparison,
 };
 
 /// The pane before the camera, if there is one.

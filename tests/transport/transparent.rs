@@ -12,12 +12,10 @@ use pathspace::{
         Scene,
         camera::{Camera, Sensor},
     },
-};
-
-use crate::{
-    scenes,
     statistics::{Comparison, Estimate, regions},
 };
+
+use crate::scenes;
 
 /// The environment of the open zoo.
 const SKY: Rgb = Rgb::new(0.3, 0.4, 0.5);

@@ -4,8 +4,9 @@
 
 use std::fmt;
 
-use pathspace::{film::Image, math::luminance};
 use statrs::distribution::{ContinuousCDF, StudentsT};
+
+use crate::{film::Image, math::luminance};
 
 /// Tiles along a side of the image.
 const TILES: usize = 4;
