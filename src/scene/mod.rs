@@ -52,17 +52,19 @@ pub struct Traced {
 }
 
 impl Scene {
-    /// Builds the tree over `geometry` and gathers all lights: emissive primitives first, then `others`.
+    /// Drops what is in `geometry` twice ([`Geometry::drop_copies`]), builds the trees over the rest and gathers all lights: emissive
+    /// primitives first, then `others`.
     ///
     /// # Panics
     /// If a primitive's material is not in `materials`, or `others` holds more than one environment.
     pub fn new(mut geometry: Geometry, materials: Vec<Material>, others: &[Light], camera: Camera) -> Self {
+        let opaque = |id: MaterialId| materials[id.0 as usize].coverage == Coverage::Opaque;
+        geometry.drop_copies(opaque);
         geometry.build();
         let lights = Lights::new(&geometry, &materials, others);
         let light_of = LightIndex::new(&geometry, &lights);
-        let partial = |id: MaterialId| materials[id.0 as usize].coverage != Coverage::Opaque;
         let see_through = materials.iter().any(|m| m.coverage != Coverage::Opaque)
-            && geometry.with_material(&partial).next().is_some();
+            && geometry.with_material(&|id| !opaque(id)).next().is_some();
         Self { camera, geometry, materials, lights, light_of, areas: OnceLock::new(), see_through }
     }
 

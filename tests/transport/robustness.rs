@@ -4,6 +4,7 @@ use glam::{DAffine3, DQuat, DVec3, Vec3};
 use pathspace::{
     integrator::IntegratorKind,
     math::Rgb,
+    path::{Densities, JoinedPath},
     render::Settings,
     sampling::Filter,
     scene::{
@@ -12,9 +13,11 @@ use pathspace::{
         geometry::Geometry,
         material::Material,
     },
+    statistics::Comparison,
 };
 
 use crate::{
+    agreement::{Run, settings},
     exactness::estimate,
     instances::{Copies, Part, place},
     scenes,
@@ -61,5 +64,48 @@ fn a_furnace_is_as_bright_at_any_size_and_anywhere() {
                 assert!(off.abs() < 0.05);
             }
         }
+    }
+}
+
+/// A lamp that a file holds twice, one with another lamp on its back, and one behind a black card: what rays meet shines, and nothing
+/// else. Sampling directions, light area and both find the same.
+#[test]
+fn a_lamp_that_is_there_twice_shines_once() {
+    use IntegratorKind::{Bdpt, Path, PathHemisphere, PathLight};
+    let v = Vec3::new;
+    let mut g = Geometry::default();
+    let lamp = |g: &mut Geometry, x: f32, materials: &[u32]| {
+        let mut corners = [v(x, 1., -0.5), v(x + 0.9, 1., -0.5), v(x + 0.9, 1., 0.5), v(x, 1., 0.5)];
+        for material in materials {
+            scenes::quad(g, corners, *material);
+            corners.reverse();
+            corners.rotate_left(1); // cut along the same diagonal
+        }
+    };
+    lamp(&mut g, -1.5, &[1, 1, 1]);
+    lamp(&mut g, -0.45, &[1, 2]);
+    lamp(&mut g, 0.6, &[0, 2]);
+    for y in [0.0, 2.0] {
+        scenes::quad(&mut g, [v(-2., y, -1.), v(-2., y, 1.), v(2., y, 1.), v(2., y, -1.)], 3);
+    }
+    let materials = vec![
+        Material::diffuse("card", Rgb::ZERO),
+        Material::diffuse("lamp", Rgb::ZERO).emitting(Rgb::ONE),
+        Material::diffuse("other lamp", Rgb::ZERO).emitting(Rgb::new(3.0, 0.0, 0.0)),
+        Material::diffuse("plane", Rgb::splat(0.5)),
+    ];
+    let camera = Camera::look_at(v(0., 1., 6.), v(0., 1., 0.), Vec3::Y, 0.7, scenes::square(12, Filter::Box));
+    let scene = Scene::new(g, materials, &[], camera);
+    assert_eq!(scene.lights().all().len(), 4, "two triangles each of two lamps");
+    // A lamp that shone twice would be 50 % off: 4 % is fine enough.
+    let reflected = |path: &JoinedPath| (2..=3).contains(&path.edges());
+    let settings = [Bdpt, Path, PathHemisphere, PathLight].map(|kind| (kind, settings(&scene, kind, 0)));
+    let runs = settings
+        .each_ref()
+        .map(|(kind, settings)| Run::new(&scene, settings, kind.name(), &reflected).converge(0.025).estimate());
+    for (other, (kind, _)) in runs.iter().zip(&settings).skip(1) {
+        let comparison = Comparison::new(&runs[0], other);
+        println!("doubled lamps: bdpt = {kind}? {comparison}");
+        assert!(!comparison.differs() && comparison.visible_bias < 0.04, "bdpt = {kind}? {comparison}");
     }
 }

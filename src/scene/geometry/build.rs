@@ -15,7 +15,6 @@ use super::{
     bvh::{Child, Leaf, MAX_DEPTH, Node, Tree},
     ray::BoxPair,
 };
-use crate::scene::material::MaterialId;
 
 /// The most primitives in a leaf.
 const MAX_LEAF: usize = 8;
@@ -23,29 +22,13 @@ const MAX_LEAF: usize = 8;
 /// What obvhs takes a node to cost relative to a primitive; between 1 and 3 the speed hardly differs.
 const TRAVERSAL_COST: f32 = 1.5;
 
-/// Builds the tree over any number of primitives, given in the order of their ids, with the materials of the triangles.
-pub(super) fn build<L: Leaf>(mut primitives: Vec<L>, material: impl Fn(&L) -> MaterialId) -> Tree<L> {
+/// Builds the tree over any number of primitives, given in the order of their ids.
+pub(super) fn build<L: Leaf>(mut primitives: Vec<L>) -> Tree<L> {
     primitives.retain(Leaf::is_solid);
-    drop_copies(&mut primitives, material);
     let groups = group(&primitives);
     let shape = (groups.len() > 1).then(|| cluster(&groups));
     let draft = Draft::new(&primitives, &groups, shape);
     draft.emit()
-}
-
-/// Keeps of each set of identical triangles of one material the three with the smallest ids: a ray skips at most two, and of
-/// the others the smallest id is hit, so further copies of an opaque triangle can never matter. One that is there in part
-/// counts at most three times, for all rays alike.
-fn drop_copies<L: Leaf>(primitives: &mut Vec<L>, material: impl Fn(&L) -> MaterialId) {
-    let mut seen = HashMap::<_, u8>::new();
-    primitives.retain(|p| {
-        p.triangle().is_none_or(|t| {
-            let bits = t.corners().map(|c| c.to_array().map(f32::to_bits));
-            let copies = seen.entry((bits, material(p))).or_default();
-            *copies = copies.saturating_add(1);
-            *copies <= 3
-        })
-    });
 }
 
 /// Primitives with the same box.

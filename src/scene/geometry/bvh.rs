@@ -33,9 +33,6 @@ pub(super) struct Child {
 pub(super) trait Leaf: Copy {
     fn bounds(&self) -> Bounds;
 
-    /// The triangle, if it is one.
-    fn triangle(&self) -> Option<&Triangle>;
-
     /// Whether any ray meets it.
     fn is_solid(&self) -> bool;
 }
@@ -70,10 +67,6 @@ impl Leaf for MeshLeaf {
         self.triangle.bounds()
     }
 
-    fn triangle(&self) -> Option<&Triangle> {
-        Some(&self.triangle)
-    }
-
     fn is_solid(&self) -> bool {
         !self.triangle.is_degenerate()
     }
@@ -85,13 +78,6 @@ impl Leaf for WorldLeaf {
             Shape::Triangle(t) => t.bounds(),
             Shape::Sphere(s) => s.bounds(),
             Shape::Instance(b) => b,
-        }
-    }
-
-    fn triangle(&self) -> Option<&Triangle> {
-        match &self.shape {
-            Shape::Triangle(t) => Some(t),
-            Shape::Sphere(_) | Shape::Instance(_) => None,
         }
     }
 

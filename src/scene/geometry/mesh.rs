@@ -1,5 +1,7 @@
 //! Indexed triangles: the ones in world space, and those of each mesh that is kept once and placed several times.
 
+use std::collections::{HashMap, HashSet, hash_map::Entry};
+
 use glam::{Vec2, Vec3};
 
 use super::{Attributes, Bounds, Interpolation, MaterialId, Surface, bvh::MeshLeaf, triangle::Triangle};
@@ -85,6 +87,33 @@ impl Mesh {
             normal: Triangle::new(t.map(|i| positions[i as usize])).normal(),
             shading,
         }));
+    }
+
+    /// See [`super::Geometry::drop_copies`].
+    pub(super) fn drop_copies(&mut self, opaque: impl Fn(MaterialId) -> bool) {
+        // By corners the first triangle's material, or that of the first opaque one; and what came between them.
+        let mut first = HashMap::with_capacity(self.triangles.len());
+        let mut more = HashSet::new();
+        let positions = &self.positions;
+        self.triangles.retain(|t| {
+            // + 0: −0 is the same place.
+            let mut corners = t.corners.map(|i| (positions[i as usize] + 0.0).to_array().map(f32::to_bits));
+            corners.sort_unstable();
+            match first.entry(corners) {
+                Entry::Vacant(place) => {
+                    place.insert(t.material);
+                    true
+                }
+                Entry::Occupied(mut place) => {
+                    let known = *place.get();
+                    let stays = !opaque(known) && known != t.material && more.insert((corners, t.material));
+                    if stays && opaque(t.material) {
+                        place.insert(t.material);
+                    }
+                    stays
+                }
+            }
+        });
     }
 
     /// The number of triangles.

@@ -21,6 +21,8 @@ mod sphere;
 mod tests;
 mod triangle;
 
+use std::collections::HashSet;
+
 use glam::{Vec2, Vec3};
 
 pub use self::{
@@ -156,7 +158,8 @@ pub struct Geometry {
 struct InstancedMesh {
     mesh: Mesh,
     bounds: Option<Bounds>,
-    tree: Tree<MeshLeaf>,
+    /// Of a built geometry.
+    tree: Option<Tree<MeshLeaf>>,
 }
 
 impl Geometry {
@@ -204,15 +207,15 @@ impl Geometry {
         self.spheres.push((sphere, material));
     }
 
-    /// Adds a mesh to be placed by [`Self::add_instance`], and builds its tree. By itself it is nowhere.
+    /// Adds a mesh to be placed by [`Self::add_instance`]. By itself it is nowhere.
     ///
     /// # Panics
     /// After [`Self::build`].
     pub fn add_mesh(&mut self, mesh: Mesh) -> MeshId {
         self.assert_unbuilt();
         let id = MeshId(u32::try_from(self.meshes.len()).expect("fewer than 2³² meshes"));
-        let (bounds, tree) = (mesh.bounds(), build::build(mesh.leaves().collect(), |l| mesh.material(l.index)));
-        self.meshes.push(InstancedMesh { mesh, bounds, tree });
+        let bounds = mesh.bounds();
+        self.meshes.push(InstancedMesh { mesh, bounds, tree: None });
         id
     }
 
@@ -234,7 +237,23 @@ impl Geometry {
         self.meshes[mesh.0 as usize].bounds.map(|bounds| placement.bounds(bounds))
     }
 
-    /// Builds the tree. Nothing may be added afterwards; ids are final from here on.
+    /// Drops triangles that no light can tell from others, so that rays, lights and densities know the same ones: of triangles with
+    /// the same corners, in whatever order, those that come after one of their own material, or after one that is `opaque`; and
+    /// second instances of a mesh in the same place. Ids change. A mesh's triangles are not compared with those of the world.
+    ///
+    /// Only the first of such triangles could be hit, whereas light sampling would find every emitter among them.
+    ///
+    /// # Panics
+    /// After [`Self::build`].
+    pub fn drop_copies(&mut self, opaque: impl Fn(MaterialId) -> bool) {
+        self.assert_unbuilt();
+        self.world.drop_copies(&opaque);
+        self.meshes.iter_mut().for_each(|m| m.mesh.drop_copies(&opaque));
+        let mut seen = HashSet::new();
+        self.instances.retain(|i| seen.insert((i.mesh, i.placement.to_world().to_cols_array().map(f64::to_bits))));
+    }
+
+    /// Builds the trees. Nothing may be added afterwards; ids are final from here on.
     ///
     /// # Panics
     /// With 2³² − 2 primitives in world space or instances, or more.
@@ -244,7 +263,8 @@ impl Geometry {
         let primitives = (0..self.world_len()).map(|index| WorldLeaf { shape: self.shape(index), index });
         let instances =
             (0..).zip(&self.instances).map(|(index, i)| WorldLeaf { shape: Shape::Instance(i.bounds), index });
-        self.tree = Some(build::build(primitives.chain(instances).collect(), |l| self.world.material(l.index)));
+        self.tree = Some(build::build(primitives.chain(instances).collect()));
+        self.meshes.iter_mut().for_each(|m| m.tree = Some(build::build(m.mesh.leaves().collect())));
     }
 
     /// The number of primitives in world space; their ids are [`PrimitiveId::world`] of 0…n−1.

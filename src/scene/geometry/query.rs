@@ -114,7 +114,8 @@ impl Geometry {
         let skip = skip.map(|id| id.index_in(number + 1));
         // In the mesh's tree, a hit beyond the box counts as at its end: only what comes before that can be culled.
         let inner = |limit: f32| if limit >= range.far { f32::INFINITY } else { limit };
-        self.meshes[instance.mesh as usize].tree.walk(&object_ray, inner(limit), |leaf, _| {
+        let Some(tree) = &self.meshes[instance.mesh as usize].tree else { return limit };
+        tree.walk(&object_ray, inner(limit), |leaf, _| {
             for triangle in leaf {
                 if let Some((t, barycentric)) = triangle.intersect(&object_ray, &skip) {
                     let t = range.clamp(f64::from(t));
