@@ -17,7 +17,7 @@ use crate::{report, scenes};
 /// The bias of the whole image that every comparison must be able to see.
 const VISIBLE: f64 = 0.01;
 /// 0.68² + 0.68² < 1: see [`Refined`].
-const EVENLY: f64 = 0.0068;
+const EVENLY: f64 = 0.68 * VISIBLE;
 
 /// How far the estimates are refined, as the bias that each could see against an exact one. Two of them together see less than
 /// [`VISIBLE`].
@@ -124,14 +124,25 @@ pub fn assert_agree(
     b: (&str, &Estimate),
     images: impl Fn() -> Vec<(String, pathspace::film::Image)>,
 ) {
+    assert_agree_within(VISIBLE, scene, a, b, images);
+}
+
+/// The same with another bias than 1 %.
+fn assert_agree_within(
+    visible: f64,
+    scene: &str,
+    a: (&str, &Estimate),
+    b: (&str, &Estimate),
+    images: impl Fn() -> Vec<(String, pathspace::film::Image)>,
+) {
     let comparison = Comparison::new(a.1, b.1);
     println!("  {scene}: {} = {}? {comparison}", a.0, b.0);
     if comparison.differs() {
         let folder = report::write(&format!("{scene}-{}-{}", a.0, b.0), &images());
         panic!("{scene}: {} and {} differ: {comparison}; images in {}", a.0, b.0, folder.display());
     }
-    assert!(comparison.visible_bias < VISIBLE, "{scene}: {} and {} are too noisy to tell: {comparison}", a.0, b.0);
-    for bias in [VISIBLE, -VISIBLE] {
+    assert!(comparison.visible_bias < visible, "{scene}: {} and {} are too noisy to tell: {comparison}", a.0, b.0);
+    for bias in [visible, -visible] {
         let planted = Comparison::new(&a.1.biased(bias), b.1);
         // A difference by chance may hide a planted bias of one sign in part; it cannot hide both.
         let found = planted.differs() || Comparison::new(&a.1.biased(-bias), b.1).differs();
@@ -140,17 +151,28 @@ pub fn assert_agree(
 }
 
 /// Compares estimates pair by pair.
-fn assert_pairs_agree(scene: &str, runs: &[Run]) {
+fn assert_pairs_agree(visible: f64, scene: &str, runs: &[Run]) {
     let images = || runs.iter().map(|r| (r.name.clone(), r.image())).collect::<Vec<_>>();
     for (i, a) in runs.iter().enumerate() {
         for b in &runs[i + 1..] {
-            assert_agree(scene, (&a.name, &a.estimate()), (&b.name, &b.estimate()), images);
+            assert_agree_within(visible, scene, (&a.name, &a.estimate()), (&b.name, &b.estimate()), images);
         }
     }
 }
 
 /// Compares the integrators `kinds` pair by pair, on the paths of these lengths that all of them cover.
 pub fn where_all_cover(name: &str, scene: &Scene, kinds: &[IntegratorKind], lengths: RangeInclusive<u32>) {
+    where_all_cover_within(VISIBLE, name, scene, kinds, lengths);
+}
+
+/// The same where a bias of 1 % would take too long to see: every comparison sees one of `visible`.
+pub fn where_all_cover_within(
+    visible: f64,
+    name: &str,
+    scene: &Scene,
+    kinds: &[IntegratorKind],
+    lengths: RangeInclusive<u32>,
+) {
     let start = Instant::now();
     let sensor = scene.camera.sensor();
     let roulette = Settings::new(sensor).roulette;
@@ -158,9 +180,9 @@ pub fn where_all_cover(name: &str, scene: &Scene, kinds: &[IntegratorKind], leng
     let keep = |path: &JoinedPath| lengths.contains(&path.edges()) && tables.iter().all(|table| table.covers(path));
     let settings: Vec<_> = kinds.iter().map(|kind| settings(scene, *kind, 0)).collect();
     let runs: Vec<_> = (kinds.iter().zip(&settings))
-        .map(|(kind, settings)| Run::new(scene, settings, kind.name(), &keep).converge(EVENLY))
+        .map(|(kind, settings)| Run::new(scene, settings, kind.name(), &keep).converge(EVENLY * visible / VISIBLE))
         .collect();
-    assert_pairs_agree(name, &runs);
+    assert_pairs_agree(visible, name, &runs);
     println!("{name}: {:.0} s", start.elapsed().as_secs_f32());
 }
 
@@ -174,7 +196,7 @@ fn compare(name: &str, scene: &Scene, kinds: &[IntegratorKind], refined: Refined
         Run::new(scene, &all_settings[kind as usize], kind.name(), &everything).converge(refined.of(kind))
     };
     let runs: Vec<_> = kinds.iter().copied().map(run).collect();
-    assert_pairs_agree(name, &runs);
+    assert_pairs_agree(VISIBLE, name, &runs);
 
     // light = all that it covers: adding the paths that it does not cover, found by path tracing, completes the image.
     let sensor = scene.camera.sensor();
