@@ -4,7 +4,13 @@ use glam::Vec3;
 use serde_json::{Value, json};
 
 use super::info;
-use crate::io::{Loaded, NamedCamera, ThinLens, View};
+use crate::{
+    io::{Loaded, NamedCamera, PunctualLight, ThinLens, View},
+    scene::{
+        material::{Coverage, EmissionSides, Material, VertexColors},
+        texture::Texture,
+    },
+};
 
 /// The version of the layout: it grows when a member changes its meaning or goes away, not when one is added.
 const LAYOUT: u32 = 1;
@@ -13,10 +19,6 @@ const LAYOUT: u32 = 1;
 pub(super) fn describe(loaded: &Loaded) -> Value {
     let (summary, geometry) = (&loaded.summary, &loaded.geometry);
     let bounds = geometry.bounds().map(|bounds| json!({ "min": vector(bounds.min), "max": vector(bounds.max) }));
-    let materials = loaded.materials.iter().map(|material| {
-        let emits = material.emits();
-        json!({ "name": material.name, "kind": info::kind(&material.bsdf), "emits": emits })
-    });
     let lights = info::light_kinds(loaded).map(|(count, kind)| (kind.replace(' ', "_"), json!(count)));
     json!({
         "layout": LAYOUT,
@@ -42,8 +44,9 @@ pub(super) fn describe(loaded: &Loaded) -> Value {
             "instances": geometry.instance_count(),
             "bounds": bounds,
         },
-        "materials": materials.collect::<Vec<_>>(),
+        "materials": loaded.materials.iter().map(material).collect::<Vec<_>>(),
         "lights": Value::Object(lights.into_iter().collect()),
+        "punctual_lights": loaded.lights.iter().map(punctual_light).collect::<Vec<_>>(),
         "cameras": loaded.cameras.iter().map(camera).collect::<Vec<_>>(),
         "extensions": {
             "used": summary.extensions_used,
@@ -52,6 +55,65 @@ pub(super) fn describe(loaded: &Loaded) -> Value {
         },
         "warnings": loaded.warnings,
     })
+}
+
+/// Radiance and absorption are linear RGB, per steradian and square metre or nit, and per metre; textures are those that are read.
+fn material(material: &Material) -> Value {
+    let maps = material.maps.as_ref();
+    let slots: [(&str, Option<&Texture>); 7] = [
+        ("base_color", maps.and_then(|m| m.base_color.as_ref())),
+        ("metallic_roughness", maps.and_then(|m| m.metallic_roughness.as_ref())),
+        ("normal", maps.and_then(|m| m.normal.as_ref()).map(|normal| &normal.texture)),
+        ("emission", maps.and_then(|m| m.emission.as_ref())),
+        ("transmission", maps.and_then(|m| m.transmission.as_ref())),
+        ("specular", maps.and_then(|m| m.specular.as_ref())),
+        ("specular_color", maps.and_then(|m| m.specular_color.as_ref())),
+    ];
+    let textures = slots.into_iter().filter_map(|(slot, texture)| {
+        texture.map(|t| {
+            let (width, height) = t.image.size();
+            (slot.to_owned(), json!({ "width": width, "height": height }))
+        })
+    });
+    json!({
+        "name": material.name,
+        "kind": info::kind(&material.bsdf),
+        "emits": material.emits(),
+        "radiance": vector(material.emission),
+        "emission_sides": match material.emission_sides {
+            EmissionSides::Front => 1,
+            EmissionSides::Both => 2,
+        },
+        "absorption": vector(material.absorption),
+        "alpha": match material.coverage {
+            Coverage::Opaque => json!({ "mode": "opaque" }),
+            Coverage::Mask { factor, cutoff } =>
+                json!({ "mode": "mask", "factor": number(factor), "cutoff": number(cutoff) }),
+            Coverage::Blend { factor } => json!({ "mode": "blend", "factor": number(factor) }),
+        },
+        "textures": Value::Object(textures.collect()),
+        "vertex_colors": maps.is_some_and(|m| m.vertex_colors != VertexColors::Nothing),
+    })
+}
+
+/// Intensities are linear RGB, candela; irradiance is in lux.
+fn punctual_light(light: &PunctualLight) -> Value {
+    match *light {
+        PunctualLight::Point { position, intensity } => {
+            json!({ "type": "point", "position": vector(position), "intensity": vector(intensity) })
+        }
+        PunctualLight::Spot { position, direction, intensity, inner, outer } => json!({
+            "type": "spot",
+            "position": vector(position),
+            "direction": vector(direction),
+            "intensity": vector(intensity),
+            "innerConeAngle": number(inner),
+            "outerConeAngle": number(outer),
+        }),
+        PunctualLight::Directional { direction, irradiance } => {
+            json!({ "type": "directional", "direction": vector(direction), "irradiance": vector(irradiance) })
+        }
+    }
 }
 
 fn camera(camera: &NamedCamera) -> Value {

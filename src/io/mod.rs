@@ -181,6 +181,11 @@ fn read(bytes: &[u8], folder: &Path, file: &str, wanted: Option<&str>) -> Result
     let mut warnings = Vec::new();
     let mut root = document::parse(chunks.json, file, &mut warnings)?;
     scenes::choose(&mut root, wanted, file, &mut warnings)?;
+    match root.animations.len() {
+        0 => {}
+        1 => warnings.push("its animation is not played: what it moves is at rest".to_owned()),
+        count => warnings.push(format!("its {count} animations are not played: what they move is at rest")),
+    }
     let assemble = || {
         accessor::check(&root)?;
         let buffers = buffer::read(&root, chunks.bin, folder, &mut hash)?;
