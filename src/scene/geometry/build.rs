@@ -1,5 +1,5 @@
-//! From primitives to the tree. obvhs finds the tree's shape (parallel locally-ordered clustering and reinsertion);
-//! boxes, leaves and the bound on the depth are ours.
+//! From primitives to a binary tree. obvhs finds its shape (parallel locally-ordered clustering and reinsertion); the bound on its
+//! depth is ours, and so is everything after: see the module `collapse`.
 
 use std::{collections::HashMap, ops::Range, time::Duration};
 
@@ -12,26 +12,37 @@ use obvhs::{
 
 use super::{
     Bounds,
-    bvh::{Child, Leaf, MAX_DEPTH, Node, Tree},
-    ray::BoxPair,
+    bvh::{MAX_DEPTH, Primitive, Tree},
+    collapse::collapse,
 };
 
-/// The most primitives in a leaf.
-const MAX_LEAF: usize = 8;
-
-/// What obvhs takes a node to cost relative to a primitive; between 1 and 3 the speed hardly differs.
-const TRAVERSAL_COST: f32 = 1.5;
+/// The most primitives in a leaf: triangles, or others, but not both.
+pub(super) const MAX_LEAF: usize = 16;
 
 /// Builds the tree over any number of primitives, given in the order of their ids.
-pub(super) fn build<L: Leaf>(mut primitives: Vec<L>) -> Tree<L> {
-    primitives.retain(Leaf::is_solid);
+pub(super) fn build(mut primitives: Vec<Primitive>) -> Tree {
+    primitives.retain(Primitive::is_solid);
     let groups = group(&primitives);
     let shape = (groups.len() > 1).then(|| cluster(&groups));
-    let draft = Draft::new(&primitives, &groups, shape);
-    draft.emit()
+    collapse(&Draft::new(&primitives, &groups, shape).binary())
 }
 
-/// Primitives with the same box.
+/// A binary tree: nodes, each before those below it, over primitives in the order of its leaves.
+pub(super) struct Binary {
+    pub primitives: Vec<Primitive>,
+    pub nodes: Vec<BinaryNode>,
+}
+
+/// A node of a [`Binary`] tree.
+pub(super) struct BinaryNode {
+    pub bounds: Bounds,
+    /// Its primitives.
+    pub range: Range<usize>,
+    /// `None` of a leaf: up to [`MAX_LEAF`] primitives that may share one.
+    pub children: Option<[usize; 2]>,
+}
+
+/// Primitives of a kind with the same box.
 struct Group {
     aabb: Aabb,
     members: Vec<u32>,
@@ -39,7 +50,7 @@ struct Group {
 
 /// Groups primitives whose boxes are the same, on which obvhs takes quadratic time. The boxes are scaled to the unit
 /// cube, where its areas neither over- nor underflow.
-fn group<L: Leaf>(primitives: &[L]) -> Vec<Group> {
+fn group(primitives: &[Primitive]) -> Vec<Group> {
     let Some(all) = bounds(primitives) else { return Vec::new() };
     let origin = all.min.as_dvec3();
     let size = (all.max.as_dvec3() - origin).max_element();
@@ -50,7 +61,7 @@ fn group<L: Leaf>(primitives: &[L]) -> Vec<Group> {
     for (i, p) in primitives.iter().enumerate() {
         let b = p.bounds();
         let (min, max) = (unit(b.min), unit(b.max));
-        let key = [min, max].map(|v| v.to_array().map(f32::to_bits));
+        let key = (p.is_triangle(), [min, max].map(|v| v.to_array().map(f32::to_bits)));
         let slot = *index.entry(key).or_insert_with(|| {
             groups.push(Group { aabb: Aabb::new(min.into(), max.into()), members: Vec::new() });
             groups.len() - 1
@@ -62,15 +73,12 @@ fn group<L: Leaf>(primitives: &[L]) -> Vec<Group> {
 
 fn cluster(groups: &[Group]) -> Bvh2 {
     let boxes: Vec<Aabb> = groups.iter().map(|g| g.aabb).collect();
-    let parameters = BvhBuildParams {
-        max_prims_per_leaf: MAX_LEAF as u32,
-        collapse_traversal_cost: TRAVERSAL_COST,
-        ..BvhBuildParams::very_slow_build()
-    };
+    // One box a leaf: where leaves are is decided later.
+    let parameters = BvhBuildParams { max_prims_per_leaf: 1, ..BvhBuildParams::very_slow_build() };
     build_bvh2(&boxes, parameters, &mut Duration::default())
 }
 
-fn bounds<L: Leaf>(primitives: &[L]) -> Option<Bounds> {
+fn bounds(primitives: &[Primitive]) -> Option<Bounds> {
     primitives.iter().map(|p| p.bounds()).reduce(|a, b| a.union(b))
 }
 
@@ -80,8 +88,8 @@ fn balanced_height(n: usize) -> usize {
 }
 
 /// The tree to be: the primitives in the order of obvhs's leaves, so that every subtree is a range of them.
-struct Draft<L> {
-    primitives: Vec<L>,
+struct Draft {
+    primitives: Vec<Primitive>,
     shape: Option<Bvh2>,
     /// Of each node of `shape`: its primitives, and the inner nodes on the longest way down from it.
     ranges: Vec<Range<usize>>,
@@ -94,8 +102,8 @@ struct Subtree {
     node: Option<usize>,
 }
 
-impl<L: Leaf> Draft<L> {
-    fn new(primitives: &[L], groups: &[Group], shape: Option<Bvh2>) -> Self {
+impl Draft {
+    fn new(primitives: &[Primitive], groups: &[Group], shape: Option<Bvh2>) -> Self {
         let mut draft = Self {
             primitives: Vec::with_capacity(primitives.len()),
             shape: None,
@@ -155,13 +163,14 @@ impl<L: Leaf> Draft<L> {
                 }
             }
         }
-        if range.len() <= MAX_LEAF {
+        let primitives = &self.primitives[range.clone()];
+        if range.len() <= MAX_LEAF && primitives.iter().all(|p| p.is_triangle() == primitives[0].is_triangle()) {
             return None;
         }
         let part = &mut self.primitives[range.clone()];
         let extent = bounds(part).map_or(Vec3::ZERO, |b| b.max - b.min);
         let axis = extent.max_position();
-        let center = |p: &L| {
+        let center = |p: &Primitive| {
             let b = p.bounds();
             0.5 * b.min[axis] + 0.5 * b.max[axis]
         };
@@ -170,40 +179,35 @@ impl<L: Leaf> Draft<L> {
         Some([range.start..middle, middle..range.end].map(|range| Subtree { range, node: None }))
     }
 
-    /// Writes the nodes, each before what hangs below it.
-    fn emit(mut self) -> Tree<L> {
-        let mut nodes = Vec::<Node>::new();
-        let mut root = Child::default();
-        let all = Subtree { range: 0..self.primitives.len(), node: self.shape.as_ref().map(|_| 0) };
-        // Each with its depth and the child slot that will refer to it.
-        let mut todo = vec![(all, 0, None)];
-        while let Some((subtree, depth, slot)) = todo.pop() {
-            let child = match self.split(&subtree, depth) {
-                None => Child { first: subtree.range.start as u32, count: subtree.range.len() as u32 },
-                Some(halves) => {
-                    let mut halves = halves.map(|h| (bounds(&self.primitives[h.range.clone()]), h));
-                    halves.sort_by(|(a, _), (b, _)| half_area(b).total_cmp(&half_area(a)));
-                    let [(Some(a), left), (Some(b), right)] = halves else {
-                        unreachable!("obvhs and the median give every child a primitive")
-                    };
-                    let first = nodes.len();
-                    nodes.push(Node { boxes: BoxPair::new(a, b), children: [Child::default(); 2] });
-                    todo.extend([(right, depth + 1, Some((first, 1))), (left, depth + 1, Some((first, 0)))]);
-                    Child { first: first as u32, count: 0 }
-                }
-            };
-            match slot {
-                None => root = child,
-                Some((node, k)) => nodes[node].children[k] = child,
+    fn binary(mut self) -> Binary {
+        let mut nodes = Vec::<BinaryNode>::new();
+        // Each with its depth, and the node and side that will refer to it.
+        let mut todo = Vec::new();
+        if !self.primitives.is_empty() {
+            let all = Subtree { range: 0..self.primitives.len(), node: self.shape.as_ref().map(|_| 0) };
+            todo.push((all, 0, None));
+        }
+        while let Some((subtree, depth, above)) = todo.pop() {
+            let index = nodes.len();
+            if let Some((parent, side)) = above {
+                let parent: &mut BinaryNode = &mut nodes[parent];
+                parent.children.get_or_insert([0; 2])[side] = index;
+            }
+            let halves = self.split(&subtree, depth);
+            let bounds = if halves.is_none() { bounds(&self.primitives[subtree.range.clone()]) } else { None };
+            nodes.push(BinaryNode { bounds: bounds.unwrap_or(NOWHERE), range: subtree.range, children: None });
+            if let Some([left, right]) = halves {
+                todo.extend([(right, depth + 1, Some((index, 1))), (left, depth + 1, Some((index, 0)))]);
             }
         }
-        Tree { nodes, primitives: self.primitives, root }
+        for i in (0..nodes.len()).rev() {
+            if let Some([a, b]) = nodes[i].children {
+                nodes[i].bounds = nodes[a].bounds.union(nodes[b].bounds);
+            }
+        }
+        Binary { primitives: self.primitives, nodes }
     }
 }
 
-fn half_area(b: &Option<Bounds>) -> f32 {
-    b.map_or(0.0, |b| {
-        let e = b.max - b.min;
-        e.x * e.y + e.y * e.z + e.z * e.x
-    })
-}
+/// The box of nothing.
+const NOWHERE: Bounds = Bounds { min: Vec3::INFINITY, max: Vec3::NEG_INFINITY };

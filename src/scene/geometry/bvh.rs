@@ -1,59 +1,37 @@
-//! The tree over primitives, and how a ray walks it.
+//! The tree over primitives, and how a ray walks it: eight children a node, up to sixteen triangles a leaf.
 //!
 //! There are two levels of the same tree: one over the world's primitives, in which an instance is a primitive too, and
 //! one over the triangles of each instanced mesh.
 
+use std::mem::MaybeUninit;
+
+use glam::{Vec2, Vec3};
+
+#[cfg(target_arch = "x86_64")]
+use super::simd::Avx2;
 use super::{
     Bounds,
-    ray::{BoxPair, Prepared},
+    ray::{Planes, Prepared},
+    simd::{Lanes, Portable, Simd},
     sphere::Sphere,
     triangle::Triangle,
 };
 
 /// The most inner nodes on any way from the root to a leaf. The builder keeps to it, whatever the geometry, so a
-/// walk that puts at most one sibling per level aside needs no larger stack.
+/// walk that puts at most seven siblings per level aside needs no larger stack.
 pub(super) const MAX_DEPTH: usize = 64;
+/// Children of a node, and triangles of a block.
+pub(super) const WIDTH: usize = 8;
 
-/// An inner node: the boxes of its two children and where they are. 64 bytes, one cache line.
+/// A primitive as the builder gets it.
 #[derive(Clone, Copy, Debug)]
-#[repr(C, align(64))]
-pub(super) struct Node {
-    pub boxes: BoxPair,
-    pub children: [Child; 2],
-}
-
-/// What hangs below a node: with `count` = 0 the inner node at `first`, else that many leaf primitives from `first`.
-#[derive(Clone, Copy, Debug, Default)]
-pub(super) struct Child {
-    pub first: u32,
-    pub count: u32,
-}
-
-/// A primitive as a tree's leaves hold it, in leaf order.
-pub(super) trait Leaf: Copy {
-    fn bounds(&self) -> Bounds;
-
-    /// Whether any ray meets it.
-    fn is_solid(&self) -> bool;
-}
-
-/// A triangle of an instanced mesh. 52 bytes.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct MeshLeaf {
-    pub triangle: Triangle,
-    /// The triangle's number in its mesh.
-    pub index: u32,
-}
-
-/// What lies in world space: a primitive, or an instance. 56 bytes.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct WorldLeaf {
+pub(super) struct Primitive {
     pub shape: Shape,
-    /// The number of the primitive, or that of the instance.
+    /// The number of the primitive in its space, or that of the instance.
     pub index: u32,
 }
 
-/// The geometry of a leaf in world space.
+/// The geometry of a primitive.
 #[derive(Clone, Copy, Debug)]
 pub(super) enum Shape {
     Triangle(Triangle),
@@ -62,18 +40,8 @@ pub(super) enum Shape {
     Instance(Bounds),
 }
 
-impl Leaf for MeshLeaf {
-    fn bounds(&self) -> Bounds {
-        self.triangle.bounds()
-    }
-
-    fn is_solid(&self) -> bool {
-        !self.triangle.is_degenerate()
-    }
-}
-
-impl Leaf for WorldLeaf {
-    fn bounds(&self) -> Bounds {
+impl Primitive {
+    pub fn bounds(&self) -> Bounds {
         match self.shape {
             Shape::Triangle(t) => t.bounds(),
             Shape::Sphere(s) => s.bounds(),
@@ -81,70 +49,347 @@ impl Leaf for WorldLeaf {
         }
     }
 
-    fn is_solid(&self) -> bool {
+    /// Whether any ray meets it.
+    pub fn is_solid(&self) -> bool {
         match self.shape {
             Shape::Triangle(t) => !t.is_degenerate(),
             Shape::Sphere(s) => s.radius > 0.0,
             Shape::Instance(_) => true,
         }
     }
+
+    pub fn is_triangle(&self) -> bool {
+        matches!(self.shape, Shape::Triangle(_))
+    }
 }
 
-/// A tree: inner nodes, and the primitives in the order of its leaves.
-#[derive(Clone, Debug)]
-pub(super) struct Tree<L> {
-    pub nodes: Vec<Node>,
-    pub primitives: Vec<L>,
-    /// An inner node or, for few primitives, a leaf.
-    pub root: Child,
+/// An inner node: the boxes of its children and where they are. 256 bytes.
+#[derive(Clone, Copy, Debug)]
+#[repr(C, align(64))]
+pub(super) struct Node {
+    /// For each axis the lower and the upper planes; of a child that is not there, the upper ones lie below the lower ones.
+    pub planes: Planes,
+    pub children: [Child; WIDTH],
 }
 
-impl<L: Leaf> Tree<L> {
-    /// Visits the leaves that the ray enters at `limit` or before, the nearer of two siblings first. `visit` gets a
-    /// leaf's primitives and the present limit, and returns the new one, which must not be larger; −∞ ends the walk.
-    ///
-    /// Leaves that begin exactly at the limit are visited: they may hold an equal hit with a smaller id.
+impl Node {
+    pub const EMPTY: Self = Self {
+        planes: [[Lanes([f32::INFINITY; WIDTH]), Lanes([f32::NEG_INFINITY; WIDTH])]; 3],
+        children: [Child(0); WIDTH],
+    };
+
+    pub fn put(&mut self, slot: usize, bounds: Bounds, child: Child) {
+        for (axis, [low, high]) in self.planes.iter_mut().enumerate() {
+            low.0[slot] = bounds.min[axis];
+            high.0[slot] = bounds.max[axis];
+        }
+        self.children[slot] = child;
+    }
+}
+
+/// What hangs below a node: a node, or a leaf of blocks of triangles or of other primitives.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct Child(u32);
+
+/// A [`Child`], taken apart.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Below {
+    Node(u32),
+    Blocks { first: u32, count: u32 },
+    Others { first: u32, count: u32 },
+}
+
+impl Child {
+    const LEAF: u32 = 1 << 31;
+    const OTHERS: u32 = 1 << 30;
+    const COUNT_SHIFT: u32 = 26;
+    /// The most blocks or other primitives in a leaf.
+    pub const MOST: usize = 16;
+    /// How many nodes, blocks and others can be told apart.
+    pub const NAMES: usize = 1 << Self::COUNT_SHIFT;
+
+    pub fn new(below: Below) -> Self {
+        let leaf = |kind: u32, first: u32, count: u32| {
+            assert!((1..=Self::MOST as u32).contains(&count) && (first as usize) < Self::NAMES);
+            Self(Self::LEAF | kind | (count - 1) << Self::COUNT_SHIFT | first)
+        };
+        match below {
+            Below::Node(index) => {
+                assert!((index as usize) < Self::NAMES, "fewer than 2²⁶ nodes");
+                Self(index)
+            }
+            Below::Blocks { first, count } => leaf(0, first, count),
+            Below::Others { first, count } => leaf(Self::OTHERS, first, count),
+        }
+    }
+
     #[inline]
-    pub fn walk(&self, ray: &Prepared, mut limit: f32, mut visit: impl FnMut(&[L], f32) -> f32) {
-        let mut stack = [(0.0_f32, Child::default()); MAX_DEPTH];
-        let mut top = 0;
-        let mut current = self.root;
+    pub fn below(self) -> Below {
+        let (first, count) = (self.0 % Self::NAMES as u32, (self.0 >> Self::COUNT_SHIFT) % 16 + 1);
+        match self.0 & (Self::LEAF | Self::OTHERS) {
+            Self::LEAF => Below::Blocks { first, count },
+            x if x & Self::LEAF != 0 => Below::Others { first, count },
+            _ => Below::Node(self.0),
+        }
+    }
+}
+
+/// Up to eight triangles side by side: for each axis the coordinates of their first, second and third corners. 320 bytes.
+/// A lane without a triangle has three equal corners, which no ray meets.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Block {
+    corners: [[Lanes; 3]; 3],
+    indices: [u32; WIDTH],
+}
+
+impl Block {
+    /// # Panics
+    /// If there are more than eight, or what is no triangle.
+    pub fn new(triangles: &[Primitive]) -> Self {
+        let mut block = Self { corners: [[Lanes([0.0; WIDTH]); 3]; 3], indices: [u32::MAX; WIDTH] };
+        for (lane, primitive) in triangles.iter().enumerate() {
+            let Shape::Triangle(triangle) = primitive.shape else { panic!("a block holds triangles") };
+            for (k, corner) in triangle.corners().iter().enumerate() {
+                (0..3).for_each(|axis| block.corners[axis][k].0[lane] = corner[axis]);
+            }
+            block.indices[lane] = primitive.index;
+        }
+        block
+    }
+
+    #[inline]
+    fn triangle(&self, lane: usize) -> Triangle {
+        let corner = |k: usize| Vec3::from_array([0, 1, 2].map(|axis| self.corners[axis][k].0[lane]));
+        Triangle::new([corner(0), corner(1), corner(2)])
+    }
+
+    /// [`Triangle::intersect`] for all lanes, with the same roundings: calls `found` with the index, t and the barycentric coordinates
+    /// of each triangle that the ray meets, and returns the limit that is left.
+    #[inline(always)]
+    fn intersect<S: Simd>(
+        &self,
+        simd: S,
+        ray: &Prepared,
+        mut limit: f32,
+        mut found: impl FnMut(u32, f32, Vec2, f32) -> f32,
+    ) -> f32 {
+        let [kx, ky, kz] = ray.axes.map(|axis| axis as usize);
+        let [sx, sy] = ray.shear.map(|s| simd.splat(s));
+        let from_origin =
+            |axis: usize, k: usize| simd.sub(simd.load(&self.corners[axis][k]), simd.splat(ray.origin[axis]));
+        let sheared = |k: usize| {
+            let h = from_origin(kz, k);
+            (simd.sub(from_origin(kx, k), simd.mul(sx, h)), simd.sub(from_origin(ky, k), simd.mul(sy, h)))
+        };
+        let ((ax, ay), (bx, by), (cx, cy)) = (sheared(0), sheared(1), sheared(2));
+        let u = simd.sub(simd.mul(cx, by), simd.mul(cy, bx));
+        let v = simd.sub(simd.mul(ax, cy), simd.mul(ay, cx));
+        let w = simd.sub(simd.mul(bx, ay), simd.mul(by, ax));
+        let zero = simd.splat(0.0);
+        let outside = simd.lt(simd.min(simd.min(u, v), w), zero);
+        let inside = simd.lt(zero, simd.max(simd.max(u, v), w));
+        let det = simd.add(simd.add(u, v), w);
+        let size = simd.max(det, simd.sub(zero, det));
+        let infinite = simd.splat(f32::INFINITY);
+        let mut met = !(outside & inside) & simd.lt(zero, size) & simd.lt(size, infinite);
+        if met == 0 {
+            return limit;
+        }
+        let (v, w, det) = (simd.store(v).0, simd.store(w).0, simd.store(det).0);
+        while met != 0 {
+            let lane = met.trailing_zeros() as usize % WIDTH;
+            met &= met - 1;
+            if let Some(t) = self.triangle(lane).distance(ray, limit) {
+                limit = found(self.indices[lane], t, Vec2::new(v[lane] / det[lane], w[lane] / det[lane]), limit);
+            }
+        }
+        limit
+    }
+}
+
+/// What a walk comes upon.
+pub(super) enum Found<'a> {
+    /// A triangle that the ray meets.
+    Triangle { index: u32, t: f32, barycentric: Vec2 },
+    /// Another primitive in a leaf that the ray enters.
+    Other(&'a Primitive),
+}
+
+/// In which order a walk visits what it finds.
+pub(super) trait Order {
+    const NEAREST_FIRST: bool;
+}
+
+/// Nearer nodes first: for the closest hit.
+pub(super) struct NearestFirst;
+
+/// Larger nodes first, without sorting: for anything that is in the way.
+pub(super) struct LargestFirst;
+
+impl Order for NearestFirst {
+    const NEAREST_FIRST: bool = true;
+}
+
+impl Order for LargestFirst {
+    const NEAREST_FIRST: bool = false;
+}
+
+/// The instructions that walks use.
+#[derive(Clone, Copy, Debug)]
+enum Instructions {
+    Portable,
+    #[cfg(target_arch = "x86_64")]
+    Avx2(Avx2),
+}
+
+/// A tree: inner nodes, the triangles of its leaves, and the other primitives of its leaves.
+#[derive(Clone, Debug)]
+pub(super) struct Tree {
+    pub nodes: Vec<Node>,
+    pub blocks: Vec<Block>,
+    pub others: Vec<Primitive>,
+    /// `None` if there is nothing.
+    pub root: Option<Child>,
+    instructions: Instructions,
+}
+
+impl Tree {
+    pub fn new(nodes: Vec<Node>, blocks: Vec<Block>, others: Vec<Primitive>, root: Option<Child>) -> Self {
+        #[cfg(target_arch = "x86_64")]
+        let instructions = Avx2::detect().map_or(Instructions::Portable, Instructions::Avx2);
+        #[cfg(not(target_arch = "x86_64"))]
+        let instructions = Instructions::Portable;
+        Self { nodes, blocks, others, root, instructions }
+    }
+
+    /// The same with walks that use what every processor has.
+    #[cfg(test)]
+    pub fn portable(self) -> Self {
+        Self { instructions: Instructions::Portable, ..self }
+    }
+
+    /// Visits what the ray meets at `limit` or before. `visit` gets it with the present limit, and returns the new one, which
+    /// must not be larger; −∞ ends the walk.
+    ///
+    /// What begins exactly at the limit is visited: it may be an equal hit with a smaller id.
+    #[inline]
+    pub fn walk<O: Order>(&self, ray: &Prepared, limit: f32, visit: impl FnMut(Found<'_>, f32) -> f32) {
+        match self.instructions {
+            Instructions::Portable => self.walk_with::<O, _>(Portable, ray, limit, visit),
+            // SAFETY: a value of `Avx2` exists only where the processor has it.
+            #[cfg(target_arch = "x86_64")]
+            Instructions::Avx2(simd) => unsafe { self.walk_avx2::<O>(simd, ray, limit, visit) },
+        }
+    }
+
+    #[cfg(target_arch = "x86_64")]
+    #[target_feature(enable = "avx2")]
+    fn walk_avx2<O: Order>(&self, simd: Avx2, ray: &Prepared, limit: f32, visit: impl FnMut(Found<'_>, f32) -> f32) {
+        self.walk_with::<O, _>(simd, ray, limit, visit);
+    }
+
+    #[inline(always)]
+    fn walk_with<O: Order, S: Simd>(
+        &self,
+        simd: S,
+        ray: &Prepared,
+        mut limit: f32,
+        mut visit: impl FnMut(Found<'_>, f32) -> f32,
+    ) {
+        let Some(mut current) = self.root else { return };
+        let lines = ray.lines(simd);
+        let mut stack = Stack::new();
         loop {
-            if current.count > 0 {
-                limit = visit(&self.primitives[current.first as usize..][..current.count as usize], limit);
-            } else if let Some(node) = self.nodes.get(current.first as usize) {
-                let [a, b] = ray.clip_pair(&node.boxes);
-                let [left, right] = node.children;
-                match (a.near <= a.far.min(limit), b.near <= b.far.min(limit)) {
-                    (true, true) => {
-                        let (near, far) =
-                            if a.near <= b.near { (left, (b.near, right)) } else { (right, (a.near, left)) };
-                        stack[top] = far;
-                        top += 1;
-                        current = near;
+            match current.below() {
+                Below::Node(index) => {
+                    let node = &self.nodes[index as usize];
+                    let (near, mut entered) = lines.clip(simd, &node.planes, limit);
+                    if entered.is_power_of_two() {
+                        current = node.children[entered.trailing_zeros() as usize % WIDTH];
                         continue;
                     }
-                    (true, false) => {
-                        current = left;
-                        continue;
+                    let near = simd.store(near).0;
+                    let from = stack.len;
+                    while entered != 0 {
+                        // The last first: they were put in order of their size.
+                        let slot = entered.ilog2() as usize % WIDTH;
+                        entered ^= 1 << slot;
+                        stack.push(Entry { near: near[slot], child: node.children[slot] });
                     }
-                    (false, true) => {
-                        current = right;
-                        continue;
+                    if O::NEAREST_FIRST {
+                        stack.sort_from(from);
                     }
-                    (false, false) => {}
+                }
+                Below::Blocks { first, count } => {
+                    for block in &self.blocks[first as usize..][..count as usize] {
+                        limit = block.intersect(simd, ray, limit, |index, t, barycentric, limit| {
+                            visit(Found::Triangle { index, t, barycentric }, limit)
+                        });
+                    }
+                }
+                Below::Others { first, count } => {
+                    for other in &self.others[first as usize..][..count as usize] {
+                        limit = visit(Found::Other(other), limit);
+                    }
                 }
             }
             loop {
-                if top == 0 {
-                    return;
-                }
-                top -= 1;
-                if stack[top].0 <= limit {
-                    current = stack[top].1;
+                let Some(entry) = stack.pop() else { return };
+                if entry.near <= limit {
+                    current = entry.child;
                     break;
                 }
             }
+        }
+    }
+}
+
+/// A child that is put aside, and where the ray enters it.
+#[derive(Clone, Copy, Debug)]
+struct Entry {
+    near: f32,
+    child: Child,
+}
+
+/// What a walk has put aside. It is not initialised: that would take longer than many walks.
+struct Stack {
+    entries: [MaybeUninit<Entry>; WIDTH * MAX_DEPTH],
+    len: usize,
+}
+
+impl Stack {
+    #[inline(always)]
+    fn new() -> Self {
+        Self { entries: [MaybeUninit::uninit(); WIDTH * MAX_DEPTH], len: 0 }
+    }
+
+    #[inline(always)]
+    fn push(&mut self, entry: Entry) {
+        self.entries[self.len].write(entry);
+        self.len += 1;
+    }
+
+    #[inline(always)]
+    fn pop(&mut self) -> Option<Entry> {
+        self.len = self.len.checked_sub(1)?;
+        // SAFETY: what lies below `len` was pushed.
+        Some(unsafe { self.entries[self.len].assume_init() })
+    }
+
+    /// Puts the entries from `from` on in order, the nearest last. There are eight at most.
+    #[inline(always)]
+    fn sort_from(&mut self, from: usize) {
+        let pushed = &mut self.entries[from..self.len];
+        // SAFETY: what lies below `len` was pushed.
+        let entries = unsafe { &mut *(std::ptr::from_mut(pushed) as *mut [Entry]) };
+        for i in 1..entries.len() {
+            let entry = entries[i];
+            let mut j = i;
+            while j > 0 && entries[j - 1].near < entry.near {
+                entries[j] = entries[j - 1];
+                j -= 1;
+            }
+            entries[j] = entry;
         }
     }
 }

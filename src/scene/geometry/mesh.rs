@@ -4,7 +4,11 @@ use std::collections::{HashMap, HashSet, hash_map::Entry};
 
 use glam::{Vec2, Vec3};
 
-use super::{Attributes, Bounds, Interpolation, MaterialId, Surface, bvh::MeshLeaf, triangle::Triangle};
+use super::{
+    Attributes, Bounds, Interpolation, MaterialId, Surface,
+    bvh::{Primitive, Shape},
+    triangle::Triangle,
+};
 
 /// Triangles over shared vertices, each with a material, in a space of their own.
 #[derive(Clone, Debug, Default)]
@@ -159,8 +163,8 @@ impl Mesh {
         self.attributes.between(corners, b)
     }
 
-    pub(super) fn leaves(&self) -> impl Iterator<Item = MeshLeaf> {
-        (0..self.len()).map(|index| MeshLeaf { triangle: self.triangle(index), index })
+    pub(super) fn primitives(&self) -> impl Iterator<Item = Primitive> {
+        (0..self.len()).map(|index| Primitive { shape: Shape::Triangle(self.triangle(index)), index })
     }
 
     /// The surface in the mesh's own space, at the barycentric coordinates `b`.

@@ -4,18 +4,20 @@
 //! by the smaller id, and what a ray hits is the same whatever the tree. Coordinates up to about 1e18 m in magnitude can
 //! be hit.
 //!
-//! Memory: a triangle takes 32 bytes, 56 bytes in a leaf (52 in an instanced mesh's) and its share of a 64-byte node (one
-//! for about two or three triangles); a vertex takes 24 bytes, and more with [`Attributes`]. An instance takes 256 bytes,
+//! Memory: a triangle takes 32 bytes, an eighth of a 320-byte block (which is about half full) and its share of a 256-byte node (one
+//! for about twenty triangles); a vertex takes 24 bytes, and more with [`Attributes`]. An instance takes 256 bytes,
 //! 56 bytes in a leaf and its share of a node, whatever its mesh.
 
 mod attributes;
 mod build;
 mod bvh;
+mod collapse;
 mod instance;
 mod mesh;
 mod offset;
 mod query;
 mod ray;
+mod simd;
 mod sphere;
 #[cfg(test)]
 mod tests;
@@ -33,7 +35,7 @@ pub use self::{
     ray::Ray,
 };
 use self::{
-    bvh::{Leaf, MeshLeaf, Shape, Tree, WorldLeaf},
+    bvh::{Primitive, Shape, Tree},
     instance::Instance,
     sphere::Sphere,
 };
@@ -150,7 +152,7 @@ pub struct Geometry {
     spheres: Vec<(Sphere, MaterialId)>,
     meshes: Vec<InstancedMesh>,
     instances: Vec<Instance>,
-    tree: Option<Tree<WorldLeaf>>,
+    tree: Option<Tree>,
 }
 
 /// A mesh that is kept once, with the tree over it.
@@ -159,7 +161,7 @@ struct InstancedMesh {
     mesh: Mesh,
     bounds: Option<Bounds>,
     /// Of a built geometry.
-    tree: Option<Tree<MeshLeaf>>,
+    tree: Option<Tree>,
 }
 
 impl Geometry {
@@ -260,11 +262,11 @@ impl Geometry {
     pub fn build(&mut self) {
         let count = self.world.len() as usize + self.spheres.len();
         assert!(count.max(self.instances.len()) < u32::MAX as usize - 1, "fewer than 2³² − 2 primitives");
-        let primitives = (0..self.world_len()).map(|index| WorldLeaf { shape: self.shape(index), index });
+        let primitives = (0..self.world_len()).map(|index| Primitive { shape: self.shape(index), index });
         let instances =
-            (0..).zip(&self.instances).map(|(index, i)| WorldLeaf { shape: Shape::Instance(i.bounds), index });
+            (0..).zip(&self.instances).map(|(index, i)| Primitive { shape: Shape::Instance(i.bounds), index });
         self.tree = Some(build::build(primitives.chain(instances).collect()));
-        self.meshes.iter_mut().for_each(|m| m.tree = Some(build::build(m.mesh.leaves().collect())));
+        self.meshes.iter_mut().for_each(|m| m.tree = Some(build::build(m.mesh.primitives().collect())));
     }
 
     /// The number of primitives in world space; their ids are [`PrimitiveId::world`] of 0…n−1.
@@ -295,7 +297,7 @@ impl Geometry {
 
     /// The box around everything, `None` if there is nothing.
     pub fn bounds(&self) -> Option<Bounds> {
-        let primitives = (0..self.world_len()).map(|i| WorldLeaf { shape: self.shape(i), index: i }.bounds());
+        let primitives = (0..self.world_len()).map(|i| Primitive { shape: self.shape(i), index: i }.bounds());
         primitives.chain(self.instances.iter().map(|i| i.bounds)).reduce(Bounds::union)
     }
 
@@ -406,7 +408,7 @@ impl Geometry {
         assert!(self.tree.is_none(), "primitives come before build()");
     }
 
-    fn tree(&self) -> Option<&Tree<WorldLeaf>> {
+    fn tree(&self) -> Option<&Tree> {
         assert!(self.tree.is_some() || self.is_empty(), "build() comes before rays");
         self.tree.as_ref()
     }

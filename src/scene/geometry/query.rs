@@ -6,7 +6,7 @@ use glam::Vec2;
 
 use super::{
     Geometry, Hit, PrimitiveId, Ray,
-    bvh::{MeshLeaf, Shape, WorldLeaf},
+    bvh::{Found, LargestFirst, NearestFirst, Order, Primitive, Shape},
     ray::Prepared,
 };
 
@@ -32,7 +32,7 @@ impl Geometry {
     #[inline]
     fn first(&self, ray: &Ray, skip: PrimitiveId, wanted: impl Fn(&Hit) -> bool) -> Option<Hit> {
         let mut best: Option<Hit> = None;
-        self.candidates(ray, &[skip], |hit, limit| {
+        self.candidates::<NearestFirst, 1>(ray, [skip], |hit, limit| {
             if best.map_or(hit.t < limit, |b| hit.order() < b.order()) && wanted(&hit) {
                 best = Some(hit);
                 hit.t
@@ -64,7 +64,7 @@ impl Geometry {
         mut visit: impl FnMut(&Hit) -> ControlFlow<()>,
     ) -> ControlFlow<()> {
         let mut flow = ControlFlow::Continue(());
-        self.candidates(ray, &skip, |hit, limit| {
+        self.candidates::<LargestFirst, 2>(ray, skip, |hit, limit| {
             if flow.is_continue() && hit.t < ray.t_max {
                 flow = visit(&hit);
             }
@@ -76,28 +76,31 @@ impl Geometry {
     /// Calls `accept` for what the ray may meet up to the limit, which starts as the ray's end; `accept` gets a hit and
     /// the limit, and returns the new limit.
     #[inline]
-    fn candidates<const N: usize>(&self, ray: &Ray, skip: &[PrimitiveId; N], mut accept: impl FnMut(Hit, f32) -> f32) {
+    fn candidates<O: Order, const N: usize>(
+        &self,
+        ray: &Ray,
+        skip: [PrimitiveId; N],
+        mut accept: impl FnMut(Hit, f32) -> f32,
+    ) {
         let Some(tree) = self.tree() else { return };
         let prepared = Prepared::new(ray);
         let skip_world = skip.map(|id| id.index_in(PrimitiveId::WORLD));
-        tree.walk(&prepared, ray.t_max, |leaf, mut limit| {
-            for primitive in leaf {
-                limit = match primitive.shape {
-                    Shape::Instance(_) => self.enter(primitive.index, &prepared, skip, limit, &mut accept),
-                    _ => primitive
-                        .intersect(&prepared, &skip_world)
-                        .into_iter()
-                        .flatten()
-                        .fold(limit, |l, h| accept(h, l)),
-                };
+        tree.walk::<O>(&prepared, ray.t_max, |found, limit| match found {
+            Found::Triangle { index, .. } if skip_world.contains(&index) => limit,
+            Found::Triangle { index, t, barycentric } => {
+                accept(Hit { t, primitive: PrimitiveId::world(index), barycentric }, limit)
             }
-            limit
+            Found::Other(&Primitive { shape: Shape::Sphere(sphere), index }) => {
+                let hit = |t| Hit { t, primitive: PrimitiveId::world(index), barycentric: Vec2::ZERO };
+                sphere.intersect(&prepared).into_iter().flatten().fold(limit, |limit, t| accept(hit(t), limit))
+            }
+            Found::Other(instance) => self.enter::<O, N>(instance.index, &prepared, &skip, limit, &mut accept),
         });
     }
 
     /// [`Self::candidates`] of an instance; returns the new limit.
     #[inline(never)]
-    fn enter<const N: usize>(
+    fn enter<O: Order, const N: usize>(
         &self,
         number: u32,
         ray: &Prepared,
@@ -107,46 +110,26 @@ impl Geometry {
     ) -> f32 {
         let instance = &self.instances[number as usize];
         let range = instance.clip(ray);
-        if range.near > range.far.min(limit) {
+        let Some(tree) =
+            self.meshes[instance.mesh as usize].tree.as_ref().filter(|_| range.near <= range.far.min(limit))
+        else {
             return limit;
-        }
+        };
         let object_ray = instance.object_ray(ray);
         let skip = skip.map(|id| id.index_in(number + 1));
         // In the mesh's tree, a hit beyond the box counts as at its end: only what comes before that can be culled.
         let inner = |limit: f32| if limit >= range.far { f32::INFINITY } else { limit };
-        let Some(tree) = &self.meshes[instance.mesh as usize].tree else { return limit };
-        tree.walk(&object_ray, inner(limit), |leaf, _| {
-            for triangle in leaf {
-                if let Some((t, barycentric)) = triangle.intersect(&object_ray, &skip) {
-                    let t = range.clamp(f64::from(t));
-                    if t > 0.0 {
-                        limit =
-                            accept(Hit { t, primitive: PrimitiveId::of(number, triangle.index), barycentric }, limit);
-                    }
+        tree.walk::<O>(&object_ray, inner(limit), |found, _| {
+            if let Found::Triangle { index, t, barycentric } = found
+                && !skip.contains(&index)
+            {
+                let t = range.clamp(f64::from(t));
+                if t > 0.0 {
+                    limit = accept(Hit { t, primitive: PrimitiveId::of(number, index), barycentric }, limit);
                 }
             }
             inner(limit)
         });
         limit
-    }
-}
-
-impl WorldLeaf {
-    /// Where the ray meets this primitive at t > 0, unless it is a triangle that is to be skipped; of a sphere both sides.
-    #[inline]
-    pub(super) fn intersect(&self, ray: &Prepared, skip: &[u32]) -> [Option<Hit>; 2] {
-        let hit = |(t, barycentric)| Hit { t, primitive: PrimitiveId::world(self.index), barycentric };
-        match &self.shape {
-            Shape::Triangle(s) => [s.intersect(ray).filter(|_| !skip.contains(&self.index)).map(hit), None],
-            Shape::Sphere(s) => s.intersect(ray).map(|t| t.map(|t| hit((t, Vec2::ZERO)))),
-            Shape::Instance(_) => [None; 2],
-        }
-    }
-}
-
-impl MeshLeaf {
-    #[inline]
-    fn intersect(&self, ray: &Prepared, skip: &[u32]) -> Option<(f32, Vec2)> {
-        self.triangle.intersect(ray).filter(|_| !skip.contains(&self.index))
     }
 }

@@ -1,8 +1,11 @@
 //! Rays, and what is computed once per ray for all its box and triangle tests.
 
-use glam::{Vec3, Vec4, Vec4Swizzles};
+use glam::Vec3;
 
-use super::Bounds;
+use super::{
+    Bounds,
+    simd::{Lanes, Simd},
+};
 
 /// A half-line or segment: points `origin + t·direction`, 0 < t < `t_max`. The direction need not be of unit length.
 #[derive(Clone, Copy, Debug)]
@@ -59,16 +62,32 @@ pub(super) struct Interval {
     pub far: f32,
 }
 
-/// The boxes of two siblings, one vector per axis: (min₀, min₁, max₀, max₁).
-#[derive(Clone, Copy, Debug)]
-pub(super) struct BoxPair {
-    axes: [Vec4; 3],
+/// The planes of eight boxes: for each axis the lower and the upper ones.
+pub(super) type Planes = [[Lanes; 2]; 3];
+
+/// A ray ready to be clipped by eight boxes at once.
+#[derive(Clone, Copy)]
+pub(super) struct EightLines<F> {
+    origin: [F; 3],
+    inverse: [F; 3],
+    /// For each axis which of the two planes the ray passes first.
+    first: [usize; 3],
 }
 
-impl BoxPair {
-    pub fn new(a: Bounds, b: Bounds) -> Self {
-        let axis = |k: usize| Vec4::new(a.min[k], b.min[k], a.max[k], b.max[k]);
-        Self { axes: [axis(0), axis(1), axis(2)] }
+impl<F: Copy> EightLines<F> {
+    /// [`Prepared::clip`] with the same roundings: where the ray enters each box, and a mask of those in which it is before `limit`.
+    #[inline(always)]
+    pub fn clip<S: Simd<F = F>>(&self, simd: S, planes: &Planes, limit: f32) -> (F, u32) {
+        let at = |axis: usize, which: usize| {
+            let plane = simd.load(&planes[axis][which]);
+            simd.mul(simd.sub(plane, self.origin[axis]), self.inverse[axis])
+        };
+        let [x, y, z] = self.first;
+        let near = simd.max(simd.max(at(0, x), at(1, y)), simd.max(at(2, z), simd.splat(0.0)));
+        let far = simd.min(simd.min(at(0, 1 - x), at(1, 1 - y)), at(2, 1 - z));
+        let near = simd.mul(near, simd.splat(1.0 - SLACK));
+        let far = simd.mul(far, simd.splat(1.0 + SLACK));
+        (near, simd.le(near, simd.min(far, simd.splat(limit))))
     }
 }
 
@@ -94,15 +113,14 @@ impl Prepared {
         Interval { near: s.min(t).max_element().max(0.0) * (1.0 - SLACK), far: s.max(t).min_element() * (1.0 + SLACK) }
     }
 
-    /// [`Self::clip`] for two boxes at once, with the same roundings.
-    #[inline]
-    pub fn clip_pair(&self, b: &BoxPair) -> [Interval; 2] {
-        let planes = |k: usize| (b.axes[k] - Vec4::splat(self.origin[k])) * Vec4::splat(self.inverse[k]);
-        let (x, y, z) = (planes(0), planes(1), planes(2));
-        let (xs, ys, zs) = (x.zwxy(), y.zwxy(), z.zwxy());
-        let near = x.min(xs).max(y.min(ys)).max(z.min(zs)).max(Vec4::ZERO) * (1.0 - SLACK);
-        let far = x.max(xs).min(y.max(ys)).min(z.max(zs)) * (1.0 + SLACK);
-        [Interval { near: near.x, far: far.x }, Interval { near: near.y, far: far.y }]
+    /// For [`EightLines::clip`].
+    #[inline(always)]
+    pub fn lines<S: Simd>(&self, simd: S) -> EightLines<S::F> {
+        EightLines {
+            origin: [0, 1, 2].map(|axis| simd.splat(self.origin[axis])),
+            inverse: [0, 1, 2].map(|axis| simd.splat(self.inverse[axis])),
+            first: [0, 1, 2].map(|axis| usize::from(self.inverse[axis] < 0.0)),
+        }
     }
 }
 

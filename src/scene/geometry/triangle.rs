@@ -1,14 +1,14 @@
 //! Triangles: the watertight intersection test and their measures.
 
-use glam::{DVec3, Vec2, Vec3, Vec4, Vec4Swizzles};
+use glam::{DVec3, Vec2, Vec3};
+#[cfg(test)]
+use glam::{Vec4, Vec4Swizzles};
 
-use super::{
-    Bounds,
-    ray::{Axis, Prepared},
-};
+#[cfg(test)]
+use super::ray::Axis;
+use super::{Bounds, ray::Prepared};
 
-/// A triangle's corners as the ray wants them: for each axis the coordinates of the three corners, and a zero to fill a vector.
-/// 48 bytes, which need not be aligned.
+/// A triangle's corners: for each axis the coordinates of the three corners, and a zero to fill a vector.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Triangle {
     axes: [[f32; 4]; 3],
@@ -68,13 +68,14 @@ impl Triangle {
         p * (1.0 - b.x - b.y) + q * b.x + r * b.y
     }
 
-    /// Where the ray meets the triangle: t > 0 and the barycentric coordinates of the second and third corner.
+    /// Where the ray meets the triangle: t > 0 and the barycentric coordinates of the second and third corner. Trees test eight
+    /// triangles at once; this is what they have to find.
     ///
     /// Woop, Benthin & Wald 2013, *Watertight Ray/Triangle Intersection*: the corners are sheared so that the ray
     /// becomes the z axis, and the signs of three 2D edge functions decide. An edge function of two corners is the
     /// exact negative of the same one with the corners exchanged (no fused multiply-add may break that), and zero
     /// counts as inside, so nothing passes between two triangles that share an edge.
-    #[inline]
+    #[cfg(test)]
     pub fn intersect(&self, ray: &Prepared) -> Option<(f32, Vec2)> {
         let [kx, ky, kz] = ray.axes;
         let from_origin = |k: Axis| Vec4::from_array(self.axes[k as usize]) - Vec4::splat(ray.origin[k as usize]);
@@ -91,16 +92,16 @@ impl Triangle {
         if det == 0.0 || !det.is_finite() {
             return None;
         }
-        let t = self.distance(ray)?;
+        let t = self.distance(ray, f32::INFINITY)?;
         Some((t, Vec2::new(edges.y / det, edges.z / det)))
     }
 
-    /// Where a ray that the edge functions let through meets the triangle's plane. In f64, so that the side of the
-    /// plane on which the ray starts is decided without error; few candidates get here.
+    /// Where a ray that the edge functions let through meets the triangle's plane, unless that is certainly beyond `limit`. In f64, so
+    /// that the side of the plane on which the ray starts is decided without error; few candidates get here.
     #[inline]
-    fn distance(&self, ray: &Prepared) -> Option<f32> {
+    pub fn distance(&self, ray: &Prepared, limit: f32) -> Option<f32> {
         let range = ray.clip(self.bounds());
-        if range.near > range.far {
+        if range.near > range.far.min(limit) {
             return None; // Behind the ray, for the most part.
         }
         let n = self.cross();

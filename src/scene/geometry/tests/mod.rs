@@ -8,7 +8,7 @@ use glam::{DAffine3, DMat3, vec3};
 use rand::{RngExt, SeedableRng, rngs::StdRng};
 
 use super::{
-    bvh::{MAX_DEPTH, Node},
+    bvh::{Below, Block, MAX_DEPTH, Node, WIDTH},
     ray::Prepared,
     *,
 };
@@ -92,10 +92,15 @@ fn brute(g: &Geometry, ray: &Ray, skip: &[PrimitiveId]) -> Option<Hit> {
 fn brute_all(g: &Geometry, ray: &Ray, skip: &[PrimitiveId]) -> Vec<Hit> {
     let prepared = Prepared::new(ray);
     let world = (0..g.world_len()).filter(|&i| g.area(PrimitiveId::world(i)) > 0.0);
-    let mut hits: Vec<Hit> = world
-        .flat_map(|index| WorldLeaf { shape: g.shape(index), index }.intersect(&prepared, &[]))
-        .flatten()
-        .collect();
+    let intersect = |index| match g.shape(index) {
+        Shape::Triangle(t) => [t.intersect(&prepared), None].map(|hit| (index, hit)),
+        Shape::Sphere(s) => s.intersect(&prepared).map(|t| (index, t.map(|t| (t, Vec2::ZERO)))),
+        Shape::Instance(_) => unreachable!("an instance is no primitive"),
+    };
+    let hit = |(index, hit): (u32, Option<(f32, Vec2)>)| {
+        hit.map(|(t, barycentric)| Hit { t, primitive: PrimitiveId::world(index), barycentric })
+    };
+    let mut hits: Vec<Hit> = world.flat_map(intersect).filter_map(hit).collect();
     for (n, instance) in (0..).zip(&g.instances) {
         let (range, mesh) = (instance.clip(&prepared), &g.meshes[instance.mesh as usize].mesh);
         let object_ray = instance.object_ray(&prepared);
@@ -166,6 +171,10 @@ fn the_tree_answers_as_no_tree_does() {
             }
         }
         g.build();
+        if case % 3 == 1 {
+            g.tree = g.tree.map(Tree::portable);
+            g.meshes.iter_mut().for_each(|m| m.tree = m.tree.take().map(Tree::portable));
+        }
         let ids = ids(&g);
         for _ in 0..500 {
             let zeros = [0; 3].map(|_| r.random_range(0..if case % 3 == 2 { 40 } else { 4 }));
@@ -323,11 +332,13 @@ fn hostile_scenes_build_quickly_and_keep_to_the_stack() {
         let g = built(soup(&corners));
         let tree = g.tree.as_ref().expect("built");
         let mut deepest = 0;
-        let mut todo = vec![(tree.root, 0)];
-        while let Some((c, depth)) = todo.pop() {
+        let mut todo: Vec<_> = tree.root.into_iter().map(|root| (root, 0)).collect();
+        while let Some((child, depth)) = todo.pop() {
             deepest = deepest.max(depth);
-            if c.count == 0 {
-                todo.extend(tree.nodes[c.first as usize].children.map(|c| (c, depth + 1)));
+            if let Below::Node(index) = child.below() {
+                let node = &tree.nodes[index as usize];
+                let there = (0..WIDTH).filter(|&slot| node.planes[0][0].0[slot] <= node.planes[0][1].0[slot]);
+                todo.extend(there.map(|slot| (node.children[slot], depth + 1)));
             }
         }
         assert!(deepest <= MAX_DEPTH, "{name}: {deepest}");
@@ -352,7 +363,7 @@ fn an_empty_scene_is_empty() {
 #[test]
 fn sizes_are_what_the_documentation_says() {
     use std::mem::size_of;
-    let sizes = [size_of::<WorldLeaf>(), size_of::<MeshLeaf>(), size_of::<Node>(), size_of::<Instance>()];
-    assert_eq!(sizes, [56, 52, 64, 256]);
+    let sizes = [size_of::<Block>(), size_of::<Primitive>(), size_of::<Node>(), size_of::<Instance>()];
+    assert_eq!(sizes, [320, 56, 256, 256]);
     assert_eq!((mesh::TRIANGLE_BYTES, size_of::<PrimitiveId>()), (32, 8));
 }
