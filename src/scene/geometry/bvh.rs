@@ -11,7 +11,7 @@ use glam::{Vec2, Vec3};
 use super::simd::Avx2;
 use super::{
     Bounds,
-    ray::{Planes, Prepared},
+    ray::{Axis, EightLines, Interval, Prepared},
     simd::{Lanes, Portable, Simd},
     sphere::Sphere,
     triangle::Triangle,
@@ -68,7 +68,7 @@ impl Primitive {
 #[repr(C, align(64))]
 pub(super) struct Node {
     /// For each axis the lower and the upper planes; of a child that is not there, the upper ones lie below the lower ones.
-    pub planes: Planes,
+    pub planes: [[Lanes; 2]; 3],
     pub children: [Child; WIDTH],
 }
 
@@ -77,6 +77,16 @@ impl Node {
         planes: [[Lanes([f32::INFINITY; WIDTH]), Lanes([f32::NEG_INFINITY; WIDTH])]; 3],
         children: [Child(0); WIDTH],
     };
+
+    #[inline(always)]
+    fn planes<S: Simd>(&self, simd: S, [x, y, z]: [usize; 3]) -> [[S::F; 2]; 3] {
+        let [px, py, pz] = &self.planes;
+        [
+            [simd.load(&px[x]), simd.load(&px[1 - x])],
+            [simd.load(&py[y]), simd.load(&py[1 - y])],
+            [simd.load(&pz[z]), simd.load(&pz[1 - z])],
+        ]
+    }
 
     pub fn put(&mut self, slot: usize, bounds: Bounds, child: Child) {
         for (axis, [low, high]) in self.planes.iter_mut().enumerate() {
@@ -163,6 +173,30 @@ impl Block {
         Triangle::new([corner(0), corner(1), corner(2)])
     }
 
+    /// The k-th corners, in two axes of the ray's frame.
+    #[inline(always)]
+    fn sheared<S: Simd>(&self, simd: S, ray: &Prepared, k: usize) -> (S::F, S::F) {
+        let [kx, ky, kz] = ray.axes;
+        let h = self.from_origin(simd, ray, kz, k);
+        let x = simd.mul(simd.splat(ray.shear[0]), h);
+        let y = simd.mul(simd.splat(ray.shear[1]), h);
+        (simd.sub(self.from_origin(simd, ray, kx, k), x), simd.sub(self.from_origin(simd, ray, ky, k), y))
+    }
+
+    /// The planes of the triangles' boxes, as a ray passes them.
+    #[inline(always)]
+    fn planes<S: Simd>(&self, simd: S, axis: usize, first: usize) -> [S::F; 2] {
+        let [a, b, c] = &self.corners[axis];
+        let (a, b, c) = (simd.load(a), simd.load(b), simd.load(c));
+        let (low, high) = (simd.min(simd.min(a, b), c), simd.max(simd.max(a, b), c));
+        if first == 0 { [low, high] } else { [high, low] }
+    }
+
+    #[inline(always)]
+    fn from_origin<S: Simd>(&self, simd: S, ray: &Prepared, axis: Axis, k: usize) -> S::F {
+        simd.sub(simd.load(&self.corners[axis as usize][k]), simd.splat(ray.origin[axis as usize]))
+    }
+
     /// [`Triangle::intersect`] for all lanes, with the same roundings: calls `found` with the index, t and the barycentric coordinates
     /// of each triangle that the ray meets, and returns the limit that is left.
     #[inline(always)]
@@ -170,18 +204,12 @@ impl Block {
         &self,
         simd: S,
         ray: &Prepared,
+        lines: &EightLines<S::F>,
         mut limit: f32,
         mut found: impl FnMut(u32, f32, Vec2, f32) -> f32,
     ) -> f32 {
-        let [kx, ky, kz] = ray.axes.map(|axis| axis as usize);
-        let [sx, sy] = ray.shear.map(|s| simd.splat(s));
-        let from_origin =
-            |axis: usize, k: usize| simd.sub(simd.load(&self.corners[axis][k]), simd.splat(ray.origin[axis]));
-        let sheared = |k: usize| {
-            let h = from_origin(kz, k);
-            (simd.sub(from_origin(kx, k), simd.mul(sx, h)), simd.sub(from_origin(ky, k), simd.mul(sy, h)))
-        };
-        let ((ax, ay), (bx, by), (cx, cy)) = (sheared(0), sheared(1), sheared(2));
+        let ((ax, ay), (bx, by), (cx, cy)) =
+            (self.sheared(simd, ray, 0), self.sheared(simd, ray, 1), self.sheared(simd, ray, 2));
         let u = simd.sub(simd.mul(cx, by), simd.mul(cy, bx));
         let v = simd.sub(simd.mul(ax, cy), simd.mul(ay, cx));
         let w = simd.sub(simd.mul(bx, ay), simd.mul(by, ax));
@@ -195,11 +223,21 @@ impl Block {
         if met == 0 {
             return limit;
         }
+        // Most of what is left lies behind the ray.
+        let [x, y, z] = lines.first;
+        let boxes = [self.planes(simd, 0, x), self.planes(simd, 1, y), self.planes(simd, 2, z)];
+        let (near, far, entered) = lines.clip(simd, boxes, limit);
+        met &= entered;
+        if met == 0 {
+            return limit;
+        }
         let (v, w, det) = (simd.store(v).0, simd.store(w).0, simd.store(det).0);
+        let (near, far) = (simd.store(near).0, simd.store(far).0);
         while met != 0 {
             let lane = met.trailing_zeros() as usize % WIDTH;
             met &= met - 1;
-            if let Some(t) = self.triangle(lane).distance(ray, limit) {
+            let range = Interval { near: near[lane], far: far[lane] };
+            if let Some(t) = self.triangle(lane).distance(ray, range) {
                 limit = found(self.indices[lane], t, Vec2::new(v[lane] / det[lane], w[lane] / det[lane]), limit);
             }
         }
@@ -298,12 +336,14 @@ impl Tree {
     ) {
         let Some(mut current) = self.root else { return };
         let lines = ray.lines(simd);
-        let mut stack = Stack::new();
+        // Not initialised: that would take longer than many walks.
+        let mut place = MaybeUninit::uninit();
+        let mut stack = Stack { entries: &mut place, len: 0 };
         loop {
             match current.below() {
                 Below::Node(index) => {
                     let node = &self.nodes[index as usize];
-                    let (near, mut entered) = lines.clip(simd, &node.planes, limit);
+                    let (near, _, mut entered) = lines.clip(simd, node.planes(simd, lines.first), limit);
                     if entered.is_power_of_two() {
                         current = node.children[entered.trailing_zeros() as usize % WIDTH];
                         continue;
@@ -322,7 +362,7 @@ impl Tree {
                 }
                 Below::Blocks { first, count } => {
                     for block in &self.blocks[first as usize..][..count as usize] {
-                        limit = block.intersect(simd, ray, limit, |index, t, barycentric, limit| {
+                        limit = block.intersect(simd, ray, &lines, limit, |index, t, barycentric, limit| {
                             visit(Found::Triangle { index, t, barycentric }, limit)
                         });
                     }
@@ -351,37 +391,38 @@ struct Entry {
     child: Child,
 }
 
-/// What a walk has put aside. It is not initialised: that would take longer than many walks.
-struct Stack {
-    entries: [MaybeUninit<Entry>; WIDTH * MAX_DEPTH],
+/// What a walk has put aside: the first `len` entries.
+struct Stack<'a> {
+    entries: &'a mut MaybeUninit<[Entry; STACK_SIZE]>,
     len: usize,
 }
 
-impl Stack {
-    #[inline(always)]
-    fn new() -> Self {
-        Self { entries: [MaybeUninit::uninit(); WIDTH * MAX_DEPTH], len: 0 }
-    }
+const STACK_SIZE: usize = WIDTH * MAX_DEPTH;
 
+impl Stack<'_> {
     #[inline(always)]
     fn push(&mut self, entry: Entry) {
-        self.entries[self.len].write(entry);
+        assert!(self.len < STACK_SIZE);
+        // SAFETY: it is in range.
+        unsafe { self.entries.as_mut_ptr().cast::<Entry>().add(self.len).write(entry) };
         self.len += 1;
     }
 
     #[inline(always)]
     fn pop(&mut self) -> Option<Entry> {
         self.len = self.len.checked_sub(1)?;
-        // SAFETY: what lies below `len` was pushed.
-        Some(unsafe { self.entries[self.len].assume_init() })
+        // SAFETY: what lies below the old `len` was pushed.
+        Some(unsafe { self.entries.as_ptr().cast::<Entry>().add(self.len).read() })
     }
 
     /// Puts the entries from `from` on in order, the nearest last. There are eight at most.
     #[inline(always)]
     fn sort_from(&mut self, from: usize) {
-        let pushed = &mut self.entries[from..self.len];
+        assert!(from <= self.len);
         // SAFETY: what lies below `len` was pushed.
-        let entries = unsafe { &mut *(std::ptr::from_mut(pushed) as *mut [Entry]) };
+        let entries = unsafe {
+            std::slice::from_raw_parts_mut(self.entries.as_mut_ptr().cast::<Entry>().add(from), self.len - from)
+        };
         for i in 1..entries.len() {
             let entry = entries[i];
             let mut j = i;

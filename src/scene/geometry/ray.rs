@@ -2,10 +2,7 @@
 
 use glam::Vec3;
 
-use super::{
-    Bounds,
-    simd::{Lanes, Simd},
-};
+use super::{Bounds, simd::Simd};
 
 /// A half-line or segment: points `origin + t·direction`, 0 < t < `t_max`. The direction need not be of unit length.
 #[derive(Clone, Copy, Debug)]
@@ -62,32 +59,36 @@ pub(super) struct Interval {
     pub far: f32,
 }
 
-/// The planes of eight boxes: for each axis the lower and the upper ones.
-pub(super) type Planes = [[Lanes; 2]; 3];
-
-/// A ray ready to be clipped by eight boxes at once.
+/// A ray ready to be clipped by eight boxes at once. Its functions are called from where the instructions are known to be there, and
+/// have no closures around them: those would be compiled without.
 #[derive(Clone, Copy)]
 pub(super) struct EightLines<F> {
     origin: [F; 3],
     inverse: [F; 3],
-    /// For each axis which of the two planes the ray passes first.
-    first: [usize; 3],
+    /// For each axis which planes the ray passes first: 0 for the lower ones, 1 for the upper ones.
+    pub first: [usize; 3],
 }
 
 impl<F: Copy> EightLines<F> {
-    /// [`Prepared::clip`] with the same roundings: where the ray enters each box, and a mask of those in which it is before `limit`.
+    /// [`Prepared::clip`] with the same roundings, of the boxes whose `planes` the ray passes first and last in each axis: where the ray
+    /// enters and leaves them, and a mask of those that it enters at `limit` or before.
     #[inline(always)]
-    pub fn clip<S: Simd<F = F>>(&self, simd: S, planes: &Planes, limit: f32) -> (F, u32) {
-        let at = |axis: usize, which: usize| {
-            let plane = simd.load(&planes[axis][which]);
-            simd.mul(simd.sub(plane, self.origin[axis]), self.inverse[axis])
-        };
-        let [x, y, z] = self.first;
-        let near = simd.max(simd.max(at(0, x), at(1, y)), simd.max(at(2, z), simd.splat(0.0)));
-        let far = simd.min(simd.min(at(0, 1 - x), at(1, 1 - y)), at(2, 1 - z));
+    pub fn clip<S: Simd<F = F>>(&self, simd: S, planes: [[F; 2]; 3], limit: f32) -> (F, F, u32) {
+        let [[x, x_far], [y, y_far], [z, z_far]] =
+            [self.slab(simd, planes[0], 0), self.slab(simd, planes[1], 1), self.slab(simd, planes[2], 2)];
+        let near = simd.max(simd.max(x, y), simd.max(z, simd.splat(0.0)));
+        let far = simd.min(simd.min(x_far, y_far), z_far);
         let near = simd.mul(near, simd.splat(1.0 - SLACK));
         let far = simd.mul(far, simd.splat(1.0 + SLACK));
-        (near, simd.le(near, simd.min(far, simd.splat(limit))))
+        (near, far, simd.le(near, simd.min(far, simd.splat(limit))))
+    }
+
+    #[inline(always)]
+    fn slab<S: Simd<F = F>>(&self, simd: S, [first, last]: [F; 2], axis: usize) -> [F; 2] {
+        [
+            simd.mul(simd.sub(first, self.origin[axis]), self.inverse[axis]),
+            simd.mul(simd.sub(last, self.origin[axis]), self.inverse[axis]),
+        ]
     }
 }
 
@@ -116,10 +117,11 @@ impl Prepared {
     /// For [`EightLines::clip`].
     #[inline(always)]
     pub fn lines<S: Simd>(&self, simd: S) -> EightLines<S::F> {
+        let ([ox, oy, oz], [ix, iy, iz]) = (self.origin.to_array(), self.inverse.to_array());
         EightLines {
-            origin: [0, 1, 2].map(|axis| simd.splat(self.origin[axis])),
-            inverse: [0, 1, 2].map(|axis| simd.splat(self.inverse[axis])),
-            first: [0, 1, 2].map(|axis| usize::from(self.inverse[axis] < 0.0)),
+            origin: [simd.splat(ox), simd.splat(oy), simd.splat(oz)],
+            inverse: [simd.splat(ix), simd.splat(iy), simd.splat(iz)],
+            first: [ix, iy, iz].map(|inverse| usize::from(inverse < 0.0)),
         }
     }
 }

@@ -6,7 +6,10 @@ use glam::{Vec4, Vec4Swizzles};
 
 #[cfg(test)]
 use super::ray::Axis;
-use super::{Bounds, ray::Prepared};
+use super::{
+    Bounds,
+    ray::{Interval, Prepared},
+};
 
 /// A triangle's corners: for each axis the coordinates of the three corners, and a zero to fill a vector.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -92,18 +95,15 @@ impl Triangle {
         if det == 0.0 || !det.is_finite() {
             return None;
         }
-        let t = self.distance(ray, f32::INFINITY)?;
+        let range = ray.clip(self.bounds());
+        let t = self.distance(ray, range).filter(|_| range.near <= range.far)?;
         Some((t, Vec2::new(edges.y / det, edges.z / det)))
     }
 
-    /// Where a ray that the edge functions let through meets the triangle's plane, unless that is certainly beyond `limit`. In f64, so
+    /// Where a ray that the edge functions let through meets the triangle's plane; `range` is where it is in the triangle's box. In f64, so
     /// that the side of the plane on which the ray starts is decided without error; few candidates get here.
     #[inline]
-    pub fn distance(&self, ray: &Prepared, limit: f32) -> Option<f32> {
-        let range = ray.clip(self.bounds());
-        if range.near > range.far.min(limit) {
-            return None; // Behind the ray, for the most part.
-        }
+    pub fn distance(&self, ray: &Prepared, range: Interval) -> Option<f32> {
         let n = self.cross();
         let a = self.corners()[0].as_dvec3();
         let t = range.clamp(n.dot(a - ray.origin.as_dvec3()) / n.dot(ray.direction.as_dvec3()));
