@@ -44,8 +44,8 @@ impl Figures {
     /// Mean and variance of each pixel.
     fn pixels(&self) -> Vec<(f64, f64)> {
         let n = self.replicates.len() as f64;
-        let pixel = |i| {
-            let mean = self.replicates.iter().map(|r| r[i]).sum::<f64>() / n;
+        let pixel = |i: usize| {
+            let mean: f64 = self.replicates.iter().map(|r| r[i]).sum::<f64>() / n;
             (mean, self.replicates.iter().map(|r| (r[i] - mean).powi(2)).sum::<f64>() / (n - 1.0))
         };
         (0..self.replicates[0].len()).map(pixel).collect()
