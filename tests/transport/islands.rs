@@ -66,8 +66,8 @@ impl View {
     fn camera(self, sensor: Sensor) -> Camera {
         let (eye, target) = (v(0.2, 0.3, 1.7), v(0.0, -0.4, -0.3));
         match self {
-            Self::Pinhole => Camera::look_at(eye, target, Vec3::Y, 0.8, sensor),
-            Self::Lens => Camera::look_at(eye, target, Vec3::Y, 0.8, sensor).with_lens(0.15, 2.0),
+            Self::Pinhole => Camera::look_at(eye, target, Vec3::Y, 1.3, sensor),
+            Self::Lens => Camera::look_at(eye, target, Vec3::Y, 1.3, sensor).with_lens(0.15, 2.0),
             Self::Orthographic => Camera::orthographic(eye, target, Vec3::Y, 1.6, sensor),
         }
     }
