@@ -8,7 +8,7 @@ use std::{sync::Mutex, time::Instant};
 use pathspace::{
     integrator::{Integrator, IntegratorKind},
     math::luminance,
-    path::{Densities, JoinedPath, Roulette, Strategy},
+    path::{Densities, Edge, JoinedPath, Roulette, Strategy},
     render::{Renderer, Settings},
     sampling::Filter,
     scene::{Scene, camera::Sensor, point::Place},
@@ -29,10 +29,8 @@ const SHORTEST_EDGE: f32 = 0.25;
 const REPLICATES: u64 = 32;
 /// The probability that right strategies fail in any of all comparisons.
 const SIGNIFICANCE: f64 = 1e-3;
-/// The bias that every comparison must be able to see, as a part of the light along paths of that length; and where one of the
-/// strategies is t = 1, most of whose samples miss the image.
+/// The bias that every comparison must be able to see, as a part of the light along paths of that length.
 const VISIBLE: f64 = 0.03;
-const VISIBLE_SPLATTED: f64 = 0.045;
 /// Of the pairs of all lengths, in all scenes.
 const PAIRS: f64 = 7.0 * 35.0;
 
@@ -52,6 +50,11 @@ fn spaced(path: &JoinedPath) -> bool {
         let (a, b) = (point(i), point(i + 1));
         b.place == Place::Infinite || a.position.distance(b.position) >= SHORTEST_EDGE
     })
+}
+
+fn grazes(path: &JoinedPath) -> bool {
+    let point = |i| path.vertex(i).point;
+    (0..path.edges()).map(|i| Edge::between(&point(i), &point(i + 1))).any(|e| e.cos_a.min(e.cos_b) < 1e-4)
 }
 
 /// One replicate: `found[n][s][s']` is the mean image of strategy s, on paths of n edges that s' supports; `total[n]` bdpt's.
@@ -83,19 +86,12 @@ fn tally(scene: &Scene, seed: u64, passes: u32) -> Tally {
             let mut tally = tally.lock().unwrap();
             tally.paths += 1;
             tally.total[n] += value * f64::from(path.mis_weight(&table, heuristic));
-            let check = tally.paths.is_multiple_of(997).then(|| path.to_path());
+            // Along a plane's own points rounding decides whether a cosine is zero.
+            let check = (tally.paths.is_multiple_of(997) && !grazes(path)).then(|| path.to_path());
             for strategy in strategies(n) {
                 let supported = supports(path, strategy);
                 if let Some(explicit) = &check {
-                    let pdfs: Vec<_> = strategies(n).map(|x| explicit.pdf(x)).collect();
-                    assert_eq!(
-                        supported,
-                        explicit.pdf(strategy) > 0.0,
-                        "{} by {strategy} {found} {pdfs:?} {:?} {:?}",
-                        explicit.class(),
-                        path.raster(),
-                        explicit.vertices().iter().map(|v| (v.point.position, v.point.normal)).collect::<Vec<_>>()
-                    );
+                    assert_eq!(supported, explicit.pdf(strategy) > 0.0, "{} by {strategy}", explicit.class());
                 }
                 if supported {
                     tally.found[n][found][strategy.s as usize] += value;
@@ -108,8 +104,9 @@ fn tally(scene: &Scene, seed: u64, passes: u32) -> Tally {
     tally.into_inner().unwrap()
 }
 
-/// Compares all pairs of strategies of all lengths, of which at least `pairs` have a support in common.
-fn compare(name: &str, scene: impl Fn(Sensor) -> Scene, passes: u32, pairs: usize) {
+/// Compares all pairs of strategies of all lengths, up to `longest` edges; every pair has paths in common. Each
+/// comparison could have seen a bias of `visible` of that length's light.
+fn compare(name: &str, scene: impl Fn(Sensor) -> Scene, passes: u32, longest: usize, visible: f64) {
     let start = Instant::now();
     let scene = scene(scenes::square(8, Filter::Box));
     let tallies: Vec<_> = (0..REPLICATES).into_par_iter().map(|r| tally(&scene, 4_000 + r, passes)).collect();
@@ -117,7 +114,7 @@ fn compare(name: &str, scene: impl Fn(Sensor) -> Scene, passes: u32, pairs: usiz
     let student = StudentsT::new(0.0, 1.0, r - 1.0).unwrap();
     let single = -((-SIGNIFICANCE).ln_1p() / PAIRS).exp_m1();
     let (mut compared, mut worst, mut least, mut wrong) = (0, 0.0_f64, 1.0_f64, Vec::new());
-    for n in 1..=LONGEST {
+    for n in 1..=longest {
         let total = tallies.iter().map(|t| t.total[n]).sum::<f64>() / r;
         for (a, b) in strategies(n).flat_map(|a| strategies(n).map(move |b| (a, b))).filter(|(a, b)| a.s < b.s) {
             let (i, j) = (a.s as usize, b.s as usize);
@@ -134,7 +131,7 @@ fn compare(name: &str, scene: impl Fn(Sensor) -> Scene, passes: u32, pairs: usiz
             worst = worst.max(seen);
             if p < single {
                 wrong.push(format!("{a} and {b} differ by {:+.2} % of the light, p = {p:.1e}", 100.0 * mean / total));
-            } else if seen > if a.t == 1 || b.t == 1 { VISIBLE_SPLATTED } else { VISIBLE } {
+            } else if seen > visible {
                 wrong.push(format!("{a} and {b}: only a bias of {:.2} % would be seen", 100.0 * seen));
             }
         }
@@ -145,7 +142,8 @@ fn compare(name: &str, scene: impl Fn(Sensor) -> Scene, passes: u32, pairs: usiz
         start.elapsed().as_secs_f32()
     );
     assert!(wrong.is_empty(), "{name}:\n{}", wrong.join("\n"));
-    assert!(compared >= pairs, "{name}: {compared} pairs have a support in common");
+    let pairs: usize = (1..=longest).map(|n| n * (n + 1) / 2).sum();
+    assert!(compared == pairs, "{name}: {compared} pairs have a support in common");
 }
 
 fn inside(content: Content, lamp: Lamp) -> impl Fn(Sensor) -> Scene {
@@ -154,36 +152,37 @@ fn inside(content: Content, lamp: Lamp) -> impl Fn(Sensor) -> Scene {
 
 #[test]
 fn agree_on_diffuse_surfaces() {
-    compare("diffuse", inside(Content::Diffuse, Lamp::Area), 640, 35);
+    compare("diffuse", inside(Content::Diffuse, Lamp::Area), 480, LONGEST, VISIBLE);
 }
 
 #[test]
 fn agree_on_glossy_surfaces() {
-    compare("glossy", inside(Content::Glossy, Lamp::Area), 640, 35);
+    compare("glossy", inside(Content::Glossy, Lamp::Area), 640, LONGEST, VISIBLE);
 }
 
 #[test]
 fn agree_through_glass() {
-    compare("glass", inside(Content::Glass, Lamp::Area), 640, 35);
+    compare("glass", inside(Content::Glass, Lamp::Area), 480, LONGEST, VISIBLE);
 }
 
 #[test]
 fn agree_on_normal_maps_and_smooth_normals() {
-    compare("normal-mapped", inside(Content::NormalMapped, Lamp::Area), 640, 35);
+    compare("normal-mapped", inside(Content::NormalMapped, Lamp::Area), 640, LONGEST, VISIBLE);
 }
 
 #[test]
 fn agree_under_a_textured_emitter() {
-    compare("textured-emitter", inside(Content::Diffuse, Lamp::Textured), 640, 35);
+    compare("textured-emitter", inside(Content::Diffuse, Lamp::Textured), 480, LONGEST, VISIBLE);
 }
 
 #[test]
 fn agree_among_mirrored_instances() {
-    compare("mirrored-instance", mirrored_instances, 640, 35);
+    compare("mirrored-instance", mirrored_instances, 640, LONGEST, 0.05);
 }
 
 #[test]
 fn agree_under_lights_of_every_kind() {
     let open = |sensor| islands(Content::Diffuse, Lamp::Mixed, View::Pinhole, Around::Nothing, sensor);
-    compare("mixed-light", open, 640, 35);
+    // A sun and a sky need an open scene, where little light is left after two bounces.
+    compare("mixed-light", open, 2400, 3, 0.06);
 }
