@@ -16,7 +16,7 @@ use crate::{
     integrator::{Integrator, IntegratorKind, Samplers, Scratch, Sink, Splats, Unit, Weighting},
     math::Rgb,
     path::{JoinedPath, Roulette, Strategy, Technique},
-    sampling::{Filter, Independent, Sampler, Stream},
+    sampling::{Filter, Independent, Sampler, SamplerKind, Sobol, Stream},
     scene::{
         Scene,
         bsdf::Directions,
@@ -47,6 +47,8 @@ pub struct Settings {
     pub roulette: Roulette,
     /// The deposits of one strategy only, and how they are weighted.
     pub only: Option<(Strategy, Weighting)>,
+    /// Where random numbers come from.
+    pub sampler: SamplerKind,
     /// The seed of all random numbers.
     pub seed: u64,
     /// The reconstruction filter. The camera's sensor must have its padding.
@@ -68,6 +70,7 @@ impl Settings {
             max_depth: 16,
             roulette: Roulette::FromDepth(4),
             only: None,
+            sampler: SamplerKind::default(),
             seed: 0,
             filter: Filter::Box,
             crop: Crop::full(sensor),
@@ -153,6 +156,13 @@ impl<'a> Renderer<'a> {
 
     /// The same with only those paths deposited for which `keep` holds: a predicate on paths makes an image of its own.
     pub fn pass_where<K: Fn(&JoinedPath) -> bool + Sync>(&mut self, keep: &K) {
+        match self.settings.sampler {
+            SamplerKind::Independent => self.pass_by::<Independent, K>(keep),
+            SamplerKind::Sobol => self.pass_by::<Sobol, K>(keep),
+        }
+    }
+
+    fn pass_by<S: Sampler, K: Fn(&JoinedPath) -> bool + Sync>(&mut self, keep: &K) {
         let padded = PaddedImage(self.scene.camera.sensor());
         let pass = self.passes;
         let samples: u64 = padded
@@ -163,7 +173,7 @@ impl<'a> Renderer<'a> {
                 |scratch, tile| {
                     let mut sink = FilmSink { renderer: self, half: Half::of_pass(pass), rays: 0, keep };
                     let samples =
-                        padded.tile(tile).map(|pixel| self.sample(pixel, pass, scratch, &mut sink)).sum::<u64>();
+                        padded.tile(tile).map(|pixel| self.sample::<S>(pixel, pass, scratch, &mut sink)).sum::<u64>();
                     self.rays.fetch_add(sink.rays, Relaxed);
                     samples
                 },
@@ -174,8 +184,8 @@ impl<'a> Renderer<'a> {
     }
 
     /// One sample of one pixel of the padded image. Returns the number of samples that this counts as.
-    fn sample(&self, pixel: Pixel, pass: u32, scratch: &mut Scratch, sink: &mut impl Sink) -> u64 {
-        let sampler = |stream| Independent::new(self.settings.seed, pixel.key(), pass, stream);
+    fn sample<S: Sampler>(&self, pixel: Pixel, pass: u32, scratch: &mut Scratch, sink: &mut impl Sink) -> u64 {
+        let sampler = |stream| S::new(self.settings.seed, pixel.key(), pass, stream);
         let mut camera = sampler(Stream::Camera);
         let place = Vec2::new(pixel.x as f32, pixel.y as f32) + camera.next_2d();
         let sensor = self.scene.camera.sensor();
@@ -200,7 +210,7 @@ impl<'a> Renderer<'a> {
     /// 1 − V towards infinity in the direction that the camera subpath through `raster` takes, with the same numbers.
     ///
     /// It has a ray of its own, so that every integrator has the same alpha, also one without camera subpaths.
-    fn covered(&self, raster: Raster, mut sampler: Independent) -> f32 {
+    fn covered(&self, raster: Raster, mut sampler: impl Sampler) -> f32 {
         let camera = &self.scene.camera;
         let u = if camera.has_aperture() { sampler.next_2d() } else { Vec2::ZERO };
         let lens = camera.sample_lens(raster, u);

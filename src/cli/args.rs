@@ -11,7 +11,7 @@ use crate::{
     film::Crop,
     integrator::IntegratorKind,
     path::{Roulette, Strategy},
-    sampling::Filter,
+    sampling::{Filter, SamplerKind},
     scene::bsdf::Directions,
 };
 
@@ -57,6 +57,10 @@ pub(super) struct RenderArgs {
     /// Longest path, in edges
     #[arg(long, value_name = "N", default_value_t = 16, value_parser = clap::value_parser!(u32).range(1..=255))]
     pub(super) max_depth: u32,
+
+    /// Random numbers: independent of each other, or evenly distributed over a pixel's samples (sobol)
+    #[arg(long, value_name = "NAME", default_value = SamplerKind::default().name(), value_parser = values::sampler())]
+    pub(super) sampler: SamplerKind,
 
     /// Seed of all random numbers
     #[arg(long, value_name = "S", default_value_t = 0)]

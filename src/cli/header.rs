@@ -35,6 +35,7 @@ pub(super) fn header(job: &Job<'_>, film: &Film, passes: u32) -> Header {
         ("camera", format!("at {} to {} up {} {}", camera.position, camera.forward, camera.up, view(camera.view))),
         ("integrator", settings.integrator.to_string()),
         ("spp", passes.to_string()),
+        ("sampler", settings.sampler.to_string()),
         ("seed", settings.seed.to_string()),
         ("max-depth", settings.max_depth.to_string()),
         ("roulette", roulette(settings.roulette)),

@@ -136,6 +136,7 @@ fn settings(args: &RenderArgs, crop: Crop, only: Option<(Strategy, Weighting)>) 
         max_depth: args.max_depth.min(args.integrator.longest_path()),
         roulette: args.roulette,
         only,
+        sampler: args.sampler,
         seed: args.seed,
         filter: args.filter,
         crop,

@@ -10,7 +10,7 @@ use crate::{
     integrator::IntegratorKind,
     math::Rgb,
     path::{Roulette, Strategy},
-    sampling::Filter,
+    sampling::{Filter, SamplerKind},
     scene::{bsdf::Directions, light::BRIGHTEST},
 };
 
@@ -38,6 +38,10 @@ pub(super) fn directions() -> impl TypedValueParser<Value = Directions> {
 
 pub(super) fn filter() -> impl TypedValueParser<Value = Filter> {
     PossibleValuesParser::new(Filter::ALL.map(Filter::name)).try_map(|name| name.parse::<Filter>())
+}
+
+pub(super) fn sampler() -> impl TypedValueParser<Value = SamplerKind> {
+    PossibleValuesParser::new(SamplerKind::ALL.map(SamplerKind::name)).try_map(|name| name.parse::<SamplerKind>())
 }
 
 /// `30s`, `1.5m`, `2h`, `500ms`; a bare number is seconds.

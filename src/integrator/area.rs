@@ -7,7 +7,7 @@
 
 use crate::{
     path::{Edge, JoinedPath, Path, Step, Vertex},
-    sampling::Sampler,
+    sampling::{Block, Sampler},
     scene::Scene,
 };
 
@@ -30,8 +30,10 @@ pub fn draw<'a>(
     let mut vertices = vec![Vertex::new(scene.camera.lens_point())];
     for i in 1..=n {
         let areas = if i < n { scene.surfaces() } else { scene.emitters() };
+        sampler.start(Block::joint(n * (n + 1) / 2 + i));
         vertices.push(Vertex::new(areas.sample(scene, sampler.next_3d())?));
     }
+    sampler.start(Block::joint(n * (n + 1) / 2));
     vertices[0] = Vertex::new(scene.camera.sample_lens_towards(&vertices[1].point, sampler.next_2d())?);
     let first = Edge::between(&vertices[0].point, &vertices[1].point);
     let raster = scene.camera.raster(&vertices[0].point, first.direction)?;

@@ -13,7 +13,7 @@ use std::{fmt, str::FromStr};
 use crate::{
     math::Rgb,
     path::{Densities, Heuristic, JoinedPath, LightVertices, Roulette, Step, Strategy, Subpath, Technique, Techniques},
-    sampling::Sampler,
+    sampling::{Block, Sampler},
     scene::{
         Scene,
         bsdf::Directions,
@@ -279,7 +279,8 @@ impl Integrator {
         if splatted > 0 {
             let anywhere = Raster(glam::Vec2::ZERO);
             for (s, y) in (1..).zip(light.steps()) {
-                for _ in 0..self.evaluated.multiplicity(Strategy { s: s as u32, t: 1 }) {
+                for k in 0..self.evaluated.multiplicity(Strategy { s: s as u32, t: 1 }) {
+                    samplers.lens.start(Block::repeated(s as u32 - 1, k));
                     if lens.put_lens_towards(scene, &y.vertex.point, samplers.lens) {
                         self.consider(JoinedPath::inner(scene, lens.steps(), light, s, anywhere), sink);
                     }
@@ -307,7 +308,8 @@ impl Integrator {
                 continue;
             }
             let strategy = Strategy { s: 1, t: t as u32 };
-            for _ in 0..self.evaluated.multiplicity(strategy) {
+            for k in 0..self.evaluated.multiplicity(strategy) {
+                samplers.connection.start(Block::repeated(t as u32 - 2, k));
                 let u = samplers.connection.next_3d();
                 if let Some((point, pdf)) = scene.sample_next_event(z, u) {
                     let end = Step::next_event(point, pdf);

@@ -5,7 +5,7 @@ use glam::{Vec2, Vec3};
 use super::{Edge, Vertex};
 use crate::{
     math::Rgb,
-    sampling::{PdfArea, PdfSolidAngle, Sampler},
+    sampling::{Block, PdfArea, PdfSolidAngle, Sampler},
     scene::{
         Scene,
         bsdf::{Directions, Transport},
@@ -173,7 +173,8 @@ impl Subpath {
     pub fn walk_from_light(&mut self, scene: &Scene, vertices: u32, roulette: Roulette, sampler: &mut impl Sampler) {
         self.steps.clear();
         self.next_event_ratio = 1.0;
-        let (choose, position, direction) = (sampler.next_1d(), sampler.next_2d(), sampler.next_2d());
+        sampler.start(Block::START);
+        let (position, direction, choose) = (sampler.next_2d(), sampler.next_2d(), sampler.next_1d());
         if vertices == 0 {
             return;
         }
@@ -213,6 +214,7 @@ impl Subpath {
             if !self.arrive(scene, &departure, transport, sampler) || self.steps.len() == vertices as usize {
                 return;
             }
+            sampler.start(Block::scattering(self.steps.len() as u32 - 1));
             let u = sampler.next_3d();
             let survive = sampler.next_1d();
             let Some(next) = self.scatter(transport, roulette, u, survive) else { return };
@@ -232,6 +234,7 @@ impl Subpath {
         sampler: &mut impl Sampler,
     ) -> bool {
         let from = &self.steps[self.steps.len() - 1].vertex.point;
+        sampler.start(Block::passing(self.steps.len() as u32));
         let stops = |alpha| sampler.next_1d() < alpha;
         let traced = scene.trace_ray(departure.origin, departure.direction, from.primitive, stops);
         let (point, left) = match traced.point {

@@ -2,11 +2,15 @@
 
 mod discrete;
 mod filter;
+mod independent;
 mod measure;
 mod sampler;
+mod sobol;
 pub mod warp;
 
 pub use discrete::Discrete;
 pub use filter::Filter;
+pub use independent::Independent;
 pub use measure::{PdfArea, PdfSolidAngle};
-pub use sampler::{Independent, Sampler, Stream};
+pub use sampler::{Block, Sampler, SamplerKind, Stream, UnknownSampler};
+pub use sobol::Sobol;

@@ -1,10 +1,18 @@
-//! Where random numbers come from: pure functions of (seed, pixel, sample, stream, dimension).
+//! Where random numbers come from: pure functions of (seed, pixel, sample, stream, block, dimension).
+
+use std::{fmt, str::FromStr};
 
 use glam::{Vec2, Vec3};
-use rand_philox::philox4x32_10;
 
 /// Numbers in [0, 1) for one sample of one pixel, taken dimension after dimension.
-pub trait Sampler {
+pub trait Sampler: Clone {
+    /// The sequence of one sample of one pixel. `pixel` is any number that names the pixel of the full image.
+    fn new(seed: u64, pixel: u32, sample: u32, stream: Stream) -> Self;
+
+    /// Goes to the first dimension of `block`, whatever was taken before: so a vertex has the same dimensions in every sample,
+    /// however many numbers the vertices before it took. Blocks are visited in any order, each once.
+    fn start(&mut self, block: Block);
+
     /// The next dimension.
     fn next_1d(&mut self) -> f32;
 
@@ -36,59 +44,85 @@ pub enum Stream {
     Lens,
 }
 
-/// Independent uniform numbers from the counter-based generator Philox4x32-10
-/// (Salmon et al. 2011, *Parallel Random Numbers: As Easy as 1, 2, 3*).
-#[derive(Clone, Debug)]
-pub struct Independent {
-    key: [u32; 2],
-    counter: [u32; 4],
-    block: [u32; 4],
-    used: usize,
+/// Four dimensions of a stream that are used together. A block may be left early; numbers beyond its fourth are as good
+/// as independent.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Block {
+    pub(super) number: u32,
+    pub(super) kind: Kind,
 }
 
-impl Independent {
-    /// The sequence of one sample of one pixel. `pixel` is any number that names the pixel of the full image.
-    #[inline]
-    pub fn new(seed: u64, pixel: u32, sample: u32, stream: Stream) -> Self {
-        Self {
-            key: [seed as u32, (seed >> 32) as u32],
-            counter: [0, stream as u32, pixel, sample],
-            block: [0; 4],
-            used: 4,
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Kind {
+    /// Evenly distributed together with the stream's other blocks of this kind, the better the lower their numbers are.
+    Joint,
+    /// On its own.
+    Padded(u32),
+}
+
+impl Block {
+    /// The stream's first: where a subpath starts, on the film and the lens or on a light.
+    pub const START: Self = Self::joint(0);
+
+    /// The stream's block of this number. The lower it is, the better is its distribution together with that of others.
+    pub const fn joint(number: u32) -> Self {
+        Self { number, kind: Kind::Joint }
+    }
+
+    /// How a subpath leaves its vertex `i` ≥ 1, counted from its own end.
+    pub const fn scattering(i: u32) -> Self {
+        Self::joint(i)
+    }
+
+    /// What a walk passes on the way to its vertex `i` ≥ 1.
+    pub const fn passing(i: u32) -> Self {
+        Self { number: i, kind: Kind::Padded(u32::MAX) }
+    }
+
+    /// The `n`-th of several samples that are taken for the same purpose.
+    pub const fn repeated(number: u32, n: u32) -> Self {
+        if n == 0 { Self::joint(number) } else { Self { number, kind: Kind::Padded(n) } }
+    }
+}
+
+/// The samplers that a person can choose.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
+pub enum SamplerKind {
+    /// [`super::Independent`].
+    #[default]
+    Independent,
+    /// [`super::Sobol`].
+    Sobol,
+}
+
+impl SamplerKind {
+    /// All of them.
+    pub const ALL: [Self; 2] = [Self::Independent, Self::Sobol];
+
+    /// The name on the command line and in files.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Independent => "independent",
+            Self::Sobol => "sobol",
         }
     }
 }
 
-impl Sampler for Independent {
-    #[inline]
-    fn next_1d(&mut self) -> f32 {
-        if self.used == 4 {
-            self.block = philox4x32_10(self.counter, self.key);
-            self.counter[0] += 1;
-            self.used = 0;
-        }
-        let bits = self.block[self.used];
-        self.used += 1;
-        // 24 bits fill an f32 exactly and can never round up to 1.
-        (bits >> 8) as f32 * (1.0 / 16_777_216.0)
+impl fmt::Display for SamplerKind {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.pad(self.name())
     }
 }
 
-#[cfg(test)]
-mod tests {
-    use super::*;
+/// A sampler's name was none of `independent` and `sobol`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("a sampler is 'independent' or 'sobol'")]
+pub struct UnknownSampler;
 
-    #[test]
-    fn a_number_is_a_pure_function_of_its_place() {
-        let take = |pixel, sample, stream| {
-            let mut s = Independent::new(7, pixel, sample, stream);
-            (0..9).map(|_| s.next_1d()).collect::<Vec<_>>()
-        };
-        let base = take(3, 5, Stream::Camera);
-        assert_eq!(base, take(3, 5, Stream::Camera));
-        assert_ne!(base, take(4, 5, Stream::Camera));
-        assert_ne!(base, take(3, 6, Stream::Camera));
-        assert_ne!(base, take(3, 5, Stream::Light));
-        assert!(base.iter().all(|x| (0.0..1.0).contains(x)));
+impl FromStr for SamplerKind {
+    type Err = UnknownSampler;
+
+    fn from_str(name: &str) -> Result<Self, UnknownSampler> {
+        Self::ALL.into_iter().find(|s| s.name() == name).ok_or(UnknownSampler)
     }
 }

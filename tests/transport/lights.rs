@@ -27,7 +27,7 @@ const KINDS: [IntegratorKind; 4] =
     [IntegratorKind::Path, IntegratorKind::Light, IntegratorKind::Hybrid, IntegratorKind::Bdpt];
 
 /// A bright patch in a sky that is blue above and brown below, turned by `rotation` about +y.
-fn sky(rotation: f32) -> Light {
+pub fn sky(rotation: f32) -> Light {
     let (width, height) = (16, 8);
     let texel = |i: usize| {
         let (x, y) = (i % width, i / width);

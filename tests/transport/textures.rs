@@ -30,7 +30,7 @@ fn image(side: u32, color: impl Fn(u32, u32) -> [u8; 3]) -> Arc<Image> {
 }
 
 /// Waves in both directions, tilted by up to about 25° (to 35° where they cross).
-fn waves(scale: f32) -> NormalMap {
+pub fn waves(scale: f32) -> NormalMap {
     let byte = |x: f32| (127.5 + 127.5 * x).round() as u8;
     let slope = |i: u32| 0.45 * (std::f32::consts::TAU * i as f32 / 16.0).sin();
     let texel = |x, y| {
@@ -47,7 +47,7 @@ fn tinted() -> Texture {
 
 /// Two triangles a, b, c and a, c, d with texture coordinates from (0, 0) to (`repeat`, `repeat`), tangents from a to b, and
 /// colours.
-fn quad(geometry: &mut Geometry, corners: [Vec3; 4], repeat: f32, material: u32) {
+pub fn quad(geometry: &mut Geometry, corners: [Vec3; 4], repeat: f32, material: u32) {
     let uv = [Vec2::ZERO, Vec2::X, Vec2::ONE, Vec2::Y].map(|uv| uv * repeat);
     let tangent = (corners[1] - corners[0]).normalize().extend(-1.0);
     let colors = [[65535; 4], [65535, 40000, 30000, 65535], [30000, 65535, 65535, 65535], [50000, 50000, 65535, 65535]];
@@ -57,7 +57,7 @@ fn quad(geometry: &mut Geometry, corners: [Vec3; 4], repeat: f32, material: u32)
 }
 
 /// An octahedron with the normals of the sphere through its corners: as coarse as a smooth mesh can be.
-fn coarse_sphere(geometry: &mut Geometry, center: Vec3, radius: f32, material: u32) {
+pub fn coarse_sphere(geometry: &mut Geometry, center: Vec3, radius: f32, material: u32) {
     let normals = [Vec3::X, -Vec3::X, Vec3::Y, -Vec3::Y, Vec3::Z, -Vec3::Z];
     let positions = normals.map(|n| center + radius * n);
     let faces = [[0, 2, 4], [2, 1, 4], [1, 3, 4], [3, 0, 4], [2, 0, 5], [1, 2, 5], [3, 1, 5], [0, 3, 5]];
@@ -127,7 +127,7 @@ pub fn textured_room(sensor: Sensor) -> Scene {
 }
 
 /// A lamp of four by four fields, some of them dark, turned by its texture's transform.
-fn textured_lamp(name: &str, radiance: Rgb) -> Material {
+pub fn textured_lamp(name: &str, radiance: Rgb) -> Material {
     let field = |x: u32, y: u32| match (x + 3 * y) % 5 {
         0 => [255, 240, 200],
         1 => [0, 0, 0],

@@ -1,0 +1,174 @@
+//! Evenly distributed random numbers.
+
+use rand_philox::philox4x32_10;
+use sobol_burley::{NUM_DIMENSION_SETS_4D, sample_4d};
+
+use super::{Block, Sampler, Stream, sampler::Kind};
+
+/// Owen-scrambled Sobol sequences (Burley 2020, *Practical Hash-based Owen Scrambling*): over the samples of a pixel, the numbers
+/// of a block fill its four dimensions evenly, and each is uniformly distributed by itself.
+///
+/// Sample 2k + b is point k of the sequence with the scramble b, so that each of the two half images has a whole sequence, and
+/// an independent one. Each (seed, pixel, stream) has scrambles of its own as well: errors do not repeat from pixel to pixel, and
+/// renders with different seeds are independent.
+#[derive(Clone, Debug)]
+pub struct Sobol {
+    /// Of this (seed, pixel, half, stream).
+    scramble: u32,
+    index: u32,
+    block: Block,
+    /// How often the block has run out of dimensions.
+    overrun: u32,
+    numbers: [f32; 4],
+    used: usize,
+}
+
+/// log₂ of the points that a sequence has; after them comes another with a new scramble.
+const LENGTH: u32 = 16;
+
+impl Sampler for Sobol {
+    #[inline]
+    fn new(seed: u64, pixel: u32, sample: u32, stream: Stream) -> Self {
+        let (k, half) = (sample >> 1, sample & 1);
+        // The first counter word keeps these apart from the numbers of the independent sampler.
+        let place = [u32::MAX, stream as u32, pixel, (k >> LENGTH) << 1 | half];
+        let scramble = philox4x32_10(place, [seed as u32, (seed >> 32) as u32])[0];
+        let index = k & ((1 << LENGTH) - 1);
+        Self { scramble, index, block: Block::START, overrun: 0, numbers: [0.0; 4], used: 4 }
+    }
+
+    #[inline]
+    fn start(&mut self, block: Block) {
+        self.block = block;
+        self.overrun = 0;
+        self.used = 4;
+    }
+
+    #[inline]
+    fn next_1d(&mut self) -> f32 {
+        if self.used == 4 {
+            self.numbers = self.four();
+            self.overrun += 1;
+            self.used = 0;
+        }
+        let number = self.numbers[self.used];
+        self.used += 1;
+        number
+    }
+}
+
+impl Sobol {
+    /// The next four numbers: of the block's own dimensions the first time, of a sequence with a new scramble after that.
+    #[inline]
+    fn four(&self) -> [f32; 4] {
+        let Block { number, kind } = self.block;
+        let (set, pad) = match kind {
+            Kind::Joint => (number % NUM_DIMENSION_SETS_4D, (number / NUM_DIMENSION_SETS_4D, 0)),
+            Kind::Padded(pad) => (0, (number, pad)),
+        };
+        // Odd multipliers keep the pads of one scramble apart; what comes out is hashed before it is used.
+        let seed = (self.scramble)
+            .wrapping_add(pad.0.wrapping_mul(0x9e37_79b9))
+            .wrapping_add(pad.1.wrapping_mul(0x85eb_ca6b))
+            .wrapping_add(self.overrun.wrapping_mul(0xc2b2_ae35));
+        sample_4d(self.index, set, seed)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use statrs::distribution::{ChiSquared, ContinuousCDF};
+
+    use super::*;
+
+    /// The first dimensions of `blocks`, of sample `sample`.
+    fn take(pixel: u32, sample: u32, stream: Stream, blocks: &[Block]) -> Vec<f32> {
+        let mut s = Sobol::new(7, pixel, sample, stream);
+        let four = |s: &mut Sobol, block| {
+            s.start(block);
+            [(); 4].map(|()| s.next_1d())
+        };
+        blocks.iter().flat_map(|block| four(&mut s, *block)).collect()
+    }
+
+    const BLOCKS: [Block; 5] =
+        [Block::START, Block::scattering(1), Block::scattering(70), Block::passing(1), Block::repeated(1, 1)];
+
+    #[test]
+    fn a_number_is_a_pure_function_of_its_place() {
+        let base = take(3, 5, Stream::Camera, &BLOCKS);
+        assert_eq!(base, take(3, 5, Stream::Camera, &BLOCKS));
+        let others = [
+            take(4, 5, Stream::Camera, &BLOCKS),
+            take(3, 4, Stream::Camera, &BLOCKS),
+            take(3, 5, Stream::Light, &BLOCKS),
+        ];
+        assert!(others.iter().all(|other| other.iter().zip(&base).all(|(a, b)| a != b)));
+        // A block does not depend on what was taken before it.
+        assert_eq!(take(3, 5, Stream::Camera, &BLOCKS[1..2]), base[4..8]);
+        // Beyond the points of a sequence comes another.
+        assert_ne!(take(3, 5 + (2 << LENGTH), Stream::Camera, &BLOCKS), base);
+    }
+
+    #[test]
+    fn each_half_fills_every_dimension_and_the_pairs_of_a_block_evenly() {
+        let n = 256_u32;
+        for half in 0..2 {
+            let points: Vec<_> = (0..n).map(|k| take(11, 2 * k + half, Stream::Light, &BLOCKS)).collect();
+            for d in 0..points[0].len() {
+                let mut strata: Vec<_> = points.iter().map(|p| (p[d] * n as f32) as u32).collect();
+                strata.sort_unstable();
+                assert!(strata.into_iter().eq(0..n), "dimension {d}");
+            }
+            // The first two dimensions are a (0,2)-sequence: every elementary interval of area 1/n has one point.
+            for columns in [4, 16, 64] {
+                let cell =
+                    |p: &Vec<f32>| (p[0] * columns as f32) as u32 + columns * (p[1] * (n / columns) as f32) as u32;
+                let mut cells: Vec<_> = points.iter().map(cell).collect();
+                cells.sort_unstable();
+                assert!(cells.into_iter().eq(0..n), "{columns} columns");
+            }
+        }
+    }
+
+    /// p-value of even counts over `cells` cells.
+    fn p_of_even_counts(counts: &[u32]) -> f64 {
+        let total: u32 = counts.iter().sum();
+        let expected = f64::from(total) / counts.len() as f64;
+        let chi2: f64 = counts.iter().map(|c| (f64::from(*c) - expected).powi(2) / expected).sum();
+        1.0 - ChiSquared::new(counts.len() as f64 - 1.0).unwrap().cdf(chi2)
+    }
+
+    /// Across pixels, one sample of each: what is correlated between streams, blocks, halves or neighbours would crowd into
+    /// part of the cells of its pair of numbers.
+    #[test]
+    fn numbers_of_different_pixels_streams_and_halves_are_independent() {
+        const SIDE: usize = 12;
+        let pixels = 30_000_u32;
+        let numbers = |pixel| {
+            // Pixels as the renderer names them: neighbours differ in one bit or a few.
+            let pixel = (pixel / 256) << 16 | (pixel % 256);
+            let mut all = take(pixel, 6, Stream::Camera, &BLOCKS);
+            all.extend(take(pixel, 7, Stream::Camera, &BLOCKS[..1]));
+            all.extend(take(pixel, 6, Stream::Light, &BLOCKS[..1]));
+            all.extend(take(pixel, 6, Stream::Connection, &BLOCKS[..1]));
+            all.extend(take(pixel + 1, 6, Stream::Camera, &BLOCKS[..1]));
+            all.extend(take(pixel + (1 << 16), 6, Stream::Camera, &BLOCKS[..1]));
+            all
+        };
+        let points: Vec<_> = (0..pixels).map(numbers).collect();
+        let (dimensions, mut smallest, mut tests) = (points[0].len(), 1.0_f64, 0);
+        for a in 0..dimensions {
+            for b in 0..=a {
+                let mut counts = vec![0; if a == b { SIDE } else { SIDE * SIDE }];
+                for p in &points {
+                    let cell = |x: f32| (x * SIDE as f32) as usize;
+                    counts[if a == b { cell(p[a]) } else { cell(p[a]) * SIDE + cell(p[b]) }] += 1;
+                }
+                smallest = smallest.min(p_of_even_counts(&counts));
+                tests += 1;
+            }
+        }
+        assert!(smallest * f64::from(tests) > 1e-3, "{smallest:e} is the smallest of {tests} p-values");
+    }
+}
