@@ -43,6 +43,7 @@ pub(super) fn dielectric_pair(cos: f32, cos_t: f32, eta: f32) -> f32 {
 /// Unpolarised reflectance of a dielectric boundary (Fresnel's equations); 1 under total internal reflection.
 #[inline]
 pub(super) fn dielectric(cos: f32, eta: f32) -> f32 {
+    let eta = mistake!(eta, SwappedEta => 1.0 / eta);
     dielectric_pair(cos, refracted_cos(cos, eta), eta)
 }
 

@@ -114,6 +114,8 @@ impl Instance {
         let error = self.placement.rounding(object.as_vec3(), world).max_element() as f32;
         let normal = (self.placement.to_object.matrix3.transpose() * triangle.cross()).try_normalize();
         let normal = normal.map_or(Vec3::Z, |n| n.as_vec3());
+        let normal =
+            mistake!(normal, MirroredFront => normal * self.placement.to_world.matrix3.determinant().signum() as f32);
         let corners = mesh.corner_normals(index).map(|corners| corners.map(|n| self.normal(n)));
         let shading_normal = shading_normal(corners, b, normal);
         Surface { position: world.as_vec3(), normal, shading_normal, error, barycentric: b }
