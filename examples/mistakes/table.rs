@@ -51,13 +51,15 @@ pub fn killers(mistake: Mistake) -> &'static [Test] {
         AbsorptionOutside | AbsorptionUnconnected => &[Transport("glass::every_path_inside_glass_is_as_defined")],
         MirroredFront => &[Lib("scene::geometry::tests::instance::an_instance_is_what_its_flattened_triangles_are")],
         ConstantOffset => &[Lib("scene::geometry::tests::offset::")],
-        TangentNotMirrored => &[Lib("io::tests::textures::tangents_are_made_where_the_file_has_none")],
+        TangentNotMirrored => {
+            &[Lib("scene::geometry::attributes::tests::the_images_up_goes_through_a_mirror_with_its_surface")]
+        }
         TextureTurnedBackwards => &[Lib("io::tests::textures::samplers_transforms_and_sets_are_honoured")],
         SrgbUndecoded => &[Lib("scene::texture::tests::colours_are_decoded_before_they_are_interpolated")],
         PaddingForgotten | PaddingSplats => &[COUNTS],
         DepositsCut => &[Lib("film::tests::deposits_are_rounded_to_nearest")],
         FilterOffCentre => &[Lib("film::tests::constant_radiance_is_constant_up_to_the_border")],
-        HalvesByPairs => &[Lib("film::tests::noise_is_known_after_an_even_number_of_passes_only")],
+        HalvesByPairs => &[Lib("film::tests::passes_go_to_the_half_images_in_turn")],
         CropShiftsNumbers => &[Transport("exactness::a_crop_is_a_slice_of_the_full_image")],
         ThreadInSeed => &[Transport("exactness::any_number_of_threads_gives_the_same_bytes")],
     }

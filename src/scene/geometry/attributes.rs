@@ -151,4 +151,16 @@ mod tests {
         let frame = padding.frame(padding.tangents().unwrap(), [Vec3::Z; 3], Vec3::Z);
         assert!(frame.is_none(), "the zeros before the first mesh are no direction");
     }
+
+    #[test]
+    fn the_images_up_goes_through_a_mirror_with_its_surface() {
+        let (normal, tangent) = (Vec3::new(0.0, 0.6, 0.8), Vec4::new(1.0, 0.0, 0.0, -1.0));
+        let up = |n: Vec3, t: Vec4| t.w * n.cross(t.truncate());
+        for mirror in [DMat3::IDENTITY, DMat3::from_diagonal(glam::DVec3::new(1.0, -1.0, 1.0))] {
+            let m = DMat3::from_rotation_z(0.7) * mirror;
+            let moved = up(m.as_mat3() * normal, moved_tangent(m, tangent));
+            let expected = m.as_mat3() * up(normal, tangent);
+            assert!((moved - expected).length() < 1e-6, "{moved} for {expected}");
+        }
+    }
 }
