@@ -54,6 +54,9 @@
 //! assert!((1..=3).all(|t| path.pdf(Strategy { s: 3 - t, t }) > 0.0));
 //! ```
 
+#[macro_use]
+pub mod mistake;
+
 pub mod cli;
 pub mod film;
 pub mod integrator;

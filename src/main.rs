@@ -3,5 +3,11 @@
 use std::process::ExitCode;
 
 fn main() -> ExitCode {
+    #[cfg(feature = "mistakes")]
+    #[allow(clippy::print_stderr)] // a build for testing the tests says so before anything else
+    if let Err(unknown) = pathspace::mistake::check() {
+        eprintln!("error: {unknown}");
+        return ExitCode::from(2);
+    }
     pathspace::cli::run().into()
 }

@@ -185,7 +185,9 @@ impl<'a> Renderer<'a> {
 
     /// One sample of one pixel of the padded image. Returns the number of samples that this counts as.
     fn sample<S: Sampler>(&self, pixel: Pixel, pass: u32, scratch: &mut Scratch, sink: &mut impl Sink) -> u64 {
-        let sampler = |stream| S::new(self.settings.seed, pixel.key(), pass, stream);
+        let numbered = mistake!(pixel, CropShiftsNumbers => pixel.within(self.settings.crop));
+        let seed = mistake!(self.settings.seed, ThreadInSeed => self.settings.seed + this_thread());
+        let sampler = |stream| S::new(seed, numbered.key(), pass, stream);
         let mut camera = sampler(Stream::Camera);
         let place = Vec2::new(pixel.x as f32, pixel.y as f32) + camera.next_2d();
         let sensor = self.scene.camera.sensor();
@@ -295,9 +297,21 @@ impl Pixel {
         offset(self.y) << 16 | offset(self.x)
     }
 
+    /// Counted from the crop's corner: a planted mistake.
+    #[cfg(feature = "mistakes")]
+    fn within(self, crop: Crop) -> Self {
+        Self { x: self.x - crop.x0 as i32, y: self.y - crop.y0 as i32 }
+    }
+
     fn is_inside(self, sensor: Sensor) -> bool {
         (0..sensor.width as i32).contains(&self.x) && (0..sensor.height as i32).contains(&self.y)
     }
+}
+
+/// The number of the thread: a planted mistake.
+#[cfg(feature = "mistakes")]
+fn this_thread() -> u64 {
+    rayon::current_thread_index().unwrap_or(0) as u64
 }
 
 /// Brings the paths of one task to the film.

@@ -79,7 +79,7 @@ impl<const CHANNELS: usize> Plane<CHANNELS> {
     pub(super) fn add(&self, pixel: usize, quanta: [f64; CHANNELS]) -> u64 {
         let mut overflows = 0;
         for (sum, q) in self.0[pixel].iter().zip(quanta) {
-            let q = (q + 0.5) as u64;
+            let q = mistake!(q + 0.5, DepositsCut => q) as u64;
             if q != 0 {
                 let old = sum.fetch_add(q, Relaxed);
                 overflows += u64::from(old.checked_add(q).is_none());

@@ -136,3 +136,9 @@ fn noise_is_known_after_an_even_number_of_passes_only() {
     assert_eq!(film.noise(8), Some(expected));
     assert!(expected > 0.0);
 }
+
+#[test]
+fn passes_go_to_the_half_images_in_turn() {
+    let halves = [0, 1, 2, 3, 4].map(Half::of_pass);
+    assert_eq!(halves, [Half::Even, Half::Odd, Half::Even, Half::Odd, Half::Even]);
+}

@@ -90,7 +90,7 @@ impl<'a> JoinedPath<'a> {
         raster: Raster,
     ) -> Option<Self> {
         let (z, y) = (camera.last()?, light.last()?);
-        let unseen = |id| !scene.lights().is_hittable(id);
+        let unseen = |id| mistake!(!scene.lights().is_hittable(id), PointsShown => false);
         if camera.len() == 1 && light.len() == 1 && y.vertex.point.light.is_some_and(unseen) {
             return None; // (1,1) does not show points and suns, which have no extent on the image
         }
@@ -107,7 +107,7 @@ impl<'a> JoinedPath<'a> {
         }
         let passed = transmittance(scene, &z.vertex.point, &edge, &y.vertex.point, Transport::Radiance);
         let joint = Joint {
-            value: value * passed * edge.geometry_factor(),
+            value: value * mistake!(passed, AbsorptionUnconnected => Rgb::ONE) * edge.geometry_factor(),
             visibility: 1.0,
             camera_density: [camera_face.across.to_area(&edge), light_face.back],
             light_density: [light_face.across.to_area(&edge.reversed()), camera_face.back],
@@ -148,7 +148,10 @@ impl<'a> JoinedPath<'a> {
     #[inline]
     pub fn mis_weight(&self, techniques: &Techniques, heuristic: Heuristic) -> f32 {
         match self.technique {
-            Technique::Bidirectional(strategy) => mis_weight(self, strategy, techniques, heuristic),
+            Technique::Bidirectional(strategy) => {
+                let weight = mis_weight(self, strategy, techniques, heuristic);
+                mistake!(weight, EmissionTwice => if strategy.s == 0 { 1.0 } else { weight })
+            }
             Technique::Area => 1.0,
         }
     }
@@ -327,8 +330,10 @@ fn light_face(scene: &Scene, light: &[Step], to_camera: Vec3) -> Face {
             back: PdfArea::ZERO,
         };
     }
-    let scatter = Vertex::new(y.vertex.point).scatter(to_camera, y.back.direction);
-    Face { value: scatter.f, across: scatter.to_camera, back: scatter.to_light.to_area(&y.back) }
+    let v = Vertex::new(y.vertex.point);
+    let scatter = v.scatter(to_camera, y.back.direction);
+    let value = mistake!(scatter.f, NoShadingFactor => v.without_adjoint(scatter.f, to_camera, y.back.direction));
+    Face { value, across: scatter.to_camera, back: scatter.to_light.to_area(&y.back) }
 }
 
 impl<'a> JoinedPath<'a> {

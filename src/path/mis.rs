@@ -68,7 +68,8 @@ pub fn mis_weight(path: &impl Densities, strategy: Strategy, techniques: &Techni
     let count = |t: u32| effective_count(path, Strategy { s: n + 1 - t, t }, techniques);
     let own = count(strategy.t);
     // A ratio may overflow, and ∞·0 would be no number where the other strategy has no sample at all.
-    let term = |ratio: f32, count: f32| if count == 0.0 { 0.0 } else { ratio * count / own };
+    let share = |ratio: f32, count: f32| mistake!(ratio * count / own, NoCountsInWeights => ratio);
+    let term = |ratio: f32, count: f32| if count == 0.0 { 0.0 } else { share(ratio, count) };
 
     // Towards the light: p_i moves from the light's part to the camera's, s falls.
     let lower_s = (strategy.t..=n).scan(1.0_f32, |ratio, i| {
@@ -82,7 +83,10 @@ pub fn mis_weight(path: &impl Densities, strategy: Strategy, techniques: &Techni
     });
     match heuristic {
         Heuristic::Balance => 1.0 / (1.0 + lower_s.sum::<f32>() + higher_s.sum::<f32>()),
-        Heuristic::Power => 1.0 / (1.0 + lower_s.map(|r| r * r).sum::<f32>() + higher_s.map(|r| r * r).sum::<f32>()),
+        Heuristic::Power => {
+            let higher_s = higher_s.map(|r| mistake!(r * r, HeuristicHalfSquared => r));
+            1.0 / (1.0 + lower_s.map(|r| r * r).sum::<f32>() + higher_s.sum::<f32>())
+        }
         Heuristic::FirstSupported => {
             if higher_s.into_iter().any(|r| r > 0.0) {
                 0.0

@@ -74,8 +74,8 @@ impl Techniques {
             if exists { multiplicity(strategy) } else { 0 }
         };
         let empty = Self {
-            camera_subpaths: sensor.padded_pixels(),
-            light_subpaths: sensor.pixels(),
+            camera_subpaths: mistake!(sensor.padded_pixels(), PaddingForgotten => sensor.pixels()),
+            light_subpaths: mistake!(sensor.pixels(), PaddingSplats => sensor.padded_pixels()),
             max_depth,
             multiplicity: Vec::new(),
             directions: Directions::Bsdf,

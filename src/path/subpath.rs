@@ -269,7 +269,8 @@ impl Subpath {
         let (fwd, rev) = sample.scatter.forward_reverse(transport);
         before.pdf_rev = rev.to_area(&here.back);
 
-        let cos = here.vertex.point.normal.dot(sample.direction).abs();
+        let p = &here.vertex.point;
+        let cos = mistake!(p.normal, ShadingCosine => p.shading_normal).dot(sample.direction).abs();
         let ratio = sample.scatter.f * (cos / fwd.0);
         let mut survival = here.survival;
         if let Roulette::FromDepth(depth) = roulette
@@ -288,9 +289,11 @@ impl Subpath {
             }
             survival *= q;
         }
-        let beta = here.beta * ratio * (here.survival / survival);
+        let played = here.survival / survival;
+        let beta = here.beta * ratio * mistake!(played, RouletteUndivided => 1.0);
         let origin = here.vertex.point.ray_origin(sample.direction);
-        Some(Departure { origin, direction: sample.direction, pdf: fwd, beta, survival })
+        let pdf = mistake!(fwd, RouletteInDensities => PdfSolidAngle(fwd.0 / played));
+        Some(Departure { origin, direction: sample.direction, pdf, beta, survival })
     }
 }
 

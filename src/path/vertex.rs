@@ -2,6 +2,8 @@
 
 use glam::Vec3;
 
+#[cfg(feature = "mistakes")]
+use crate::math::Rgb;
 use crate::{
     math::Frame,
     scene::{
@@ -63,7 +65,7 @@ impl Vertex {
             return None;
         }
         let (_, to_light) = transport.sides(known, direction);
-        let f = sample.scatter.f * self.shading_factor(to_light);
+        let f = sample.scatter.f * self.shading_factor(mistake!(to_light, NoShadingFactor => direction));
         Some(BsdfSample { direction, scatter: Scatter { f, ..sample.scatter }, ..sample })
     }
 
@@ -73,6 +75,12 @@ impl Vertex {
         let z = self.point.shading_normal;
         let local = |w: Vec3| Vec3::new(0.0, 0.0, z.dot(w));
         self.point.bsdf.relative_ior(local(to_camera), local(to_light))
+    }
+
+    /// f̂ as a walk from the light has it that takes N_s for the cosine of its own direction: a planted mistake.
+    #[cfg(feature = "mistakes")]
+    pub(super) fn without_adjoint(&self, f: Rgb, to_camera: Vec3, to_light: Vec3) -> Rgb {
+        if f == Rgb::ZERO { f } else { f * (self.shading_factor(to_camera) / self.shading_factor(to_light)) }
     }
 
     #[inline]

@@ -138,7 +138,7 @@ impl Scene {
             Ray::between(a.ray_origin(ab), b.ray_origin(-ab))
         };
         let skip = [a.primitive, b.primitive];
-        if !self.see_through {
+        if mistake!(!self.see_through, OpaqueToShadows => true) {
             return if self.geometry.occluded(&ray, skip) { 0.0 } else { 1.0 };
         }
         let mut visibility = 1.0;
@@ -197,7 +197,10 @@ impl Scene {
     /// segment passes because of its coverage is not there, and bounds nothing: the ends alone decide.
     #[inline]
     pub fn absorption(&self, a: &Point, ab: Vec3, b: &Point) -> Rgb {
-        let inside = |p: &Point, w: Vec3| matches!(p.bsdf, Bsdf::Dielectric(_)) && p.normal.dot(w) < 0.0;
+        let inside = |p: &Point, w: Vec3| {
+            let behind = mistake!(p.normal.dot(w) < 0.0, AbsorptionOutside => p.normal.dot(w) > 0.0);
+            matches!(p.bsdf, Bsdf::Dielectric(_)) && behind
+        };
         let boundary = if inside(a, ab) {
             a
         } else if inside(b, -ab) {

@@ -110,8 +110,9 @@ impl Dielectric {
                 let p = base.interface_probability(f) * base.transmission_probability(f);
                 // Radiance scales with η² (Veach 5.2); so does dω cos, by the differential of Snell's law.
                 let eta = self.relative_ior(to_camera, to_light);
-                let value = base.transmittance() * ((1.0 - f) / (eta * eta));
-                Scatter::delta(value, to_light, p, p, cos_camera / (eta * eta * cos_light))
+                let value = base.transmittance() * ((1.0 - f) / mistake!(eta * eta, NoEtaSquared => 1.0));
+                let jacobian = mistake!(cos_camera / (eta * eta * cos_light), UnitDelta => 1.0);
+                Scatter::delta(value, to_light, p, p, jacobian)
             }
             Lobe::Delta(_) => Scatter::ZERO,
         }

@@ -43,7 +43,8 @@ pub(super) fn dielectric_pair(cos: f32, cos_t: f32, eta: f32) -> f32 {
 /// Unpolarised reflectance of a dielectric boundary (Fresnel's equations); 1 under total internal reflection.
 #[inline]
 pub(super) fn dielectric(cos: f32, eta: f32) -> f32 {
-    dielectric_pair(cos, refracted_cos(cos, eta), eta)
+    let ratio = mistake!(eta, SwappedEta => 1.0 / eta);
+    dielectric_pair(cos, refracted_cos(cos, ratio), ratio)
 }
 
 /// (1 − cos)⁵: how far Schlick's approximation has gone from F(0°) to F(90°).

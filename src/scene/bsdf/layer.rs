@@ -23,7 +23,7 @@ impl Base {
     /// The transmittance of the base, without the interface.
     #[inline]
     pub fn transmittance(self) -> Rgb {
-        self.color * self.transmission
+        self.color * mistake!(self.transmission, DimGlass => 0.95 * self.transmission)
     }
 
     /// The albedo of the diffuse remainder, without the interface.

@@ -40,7 +40,7 @@ pub struct Interpolation<'a> {
 /// The tangent `t` where `m` takes it; zero stays zero. It goes with the surface, but a mirror turns N × T against the image's up,
 /// and so the sign turns.
 pub fn moved_tangent(m: DMat3, t: Vec4) -> Vec4 {
-    let sign = 1.0_f64.copysign(m.determinant()) as f32;
+    let sign = mistake!(1.0_f64.copysign(m.determinant()) as f32, TangentNotMirrored => 1.0);
     (m * t.truncate().as_dvec3()).normalize_or_zero().as_vec3().extend(sign * t.w)
 }
 
@@ -150,5 +150,17 @@ mod tests {
         let padding = all.between([0, 1, 2], Vec2::ZERO);
         let frame = padding.frame(padding.tangents().unwrap(), [Vec3::Z; 3], Vec3::Z);
         assert!(frame.is_none(), "the zeros before the first mesh are no direction");
+    }
+
+    #[test]
+    fn the_images_up_goes_through_a_mirror_with_its_surface() {
+        let (normal, tangent) = (Vec3::new(0.0, 0.6, 0.8), Vec4::new(1.0, 0.0, 0.0, -1.0));
+        let up = |n: Vec3, t: Vec4| t.w * n.cross(t.truncate());
+        for mirror in [DMat3::IDENTITY, DMat3::from_diagonal(glam::DVec3::new(1.0, -1.0, 1.0))] {
+            let m = DMat3::from_rotation_z(0.7) * mirror;
+            let moved = up(m.as_mat3() * normal, moved_tangent(m, tangent));
+            let expected = m.as_mat3() * up(normal, tangent);
+            assert!((moved - expected).length() < 1e-6, "{moved} for {expected}");
+        }
     }
 }

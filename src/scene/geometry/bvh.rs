@@ -177,10 +177,10 @@ impl Block {
     #[inline(always)]
     fn sheared<S: Simd>(&self, simd: S, ray: &Prepared, k: usize) -> (S::F, S::F) {
         let [kx, ky, kz] = ray.axes;
-        let h = self.from_origin(simd, ray, kz, k);
+        let h = self.relative(simd, ray, kz, k);
         let x = simd.mul(simd.splat(ray.shear[0]), h);
         let y = simd.mul(simd.splat(ray.shear[1]), h);
-        (simd.sub(self.from_origin(simd, ray, kx, k), x), simd.sub(self.from_origin(simd, ray, ky, k), y))
+        (simd.sub(self.relative(simd, ray, kx, k), x), simd.sub(self.relative(simd, ray, ky, k), y))
     }
 
     /// The planes of the triangles' boxes, as a ray passes them.
@@ -193,7 +193,7 @@ impl Block {
     }
 
     #[inline(always)]
-    fn from_origin<S: Simd>(&self, simd: S, ray: &Prepared, axis: Axis, k: usize) -> S::F {
+    fn relative<S: Simd>(&self, simd: S, ray: &Prepared, axis: Axis, k: usize) -> S::F {
         simd.sub(simd.load(&self.corners[axis as usize][k]), simd.splat(ray.origin[axis as usize]))
     }
 

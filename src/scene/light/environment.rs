@@ -88,7 +88,7 @@ impl EnvironmentMap {
 
         let angle = |row: usize| std::f64::consts::PI * (row as f64 + 0.5) / height as f64;
         let from_pole: Vec<_> = (0..height).map(|row| 2.0 * (0.5 * angle(row)).sin().powi(2)).collect();
-        let (sin, cos) = f64::from(rotation).sin_cos();
+        let (sin, cos) = f64::from(mistake!(rotation, EnvironmentBackwards => -rotation)).sin_cos();
         let mut map = Self {
             width,
             height,
@@ -123,7 +123,8 @@ impl EnvironmentMap {
             self.cells.extend(sums.iter().map(|part| (part / sum) as f32));
             let top = if band == 0 { 0.0 } else { from_pole[band - 1] };
             let bottom = if band == self.height { 2.0 } else { from_pole[band] };
-            integral += sum * (bottom - top) * std::f64::consts::TAU / self.width as f64;
+            let height = mistake!(bottom - top, EnvironmentNoSine => 2.0 / (self.height + 1) as f64);
+            integral += sum * height * std::f64::consts::TAU / self.width as f64;
             band_integrals.push(integral);
         }
         self.bands.extend(band_integrals.iter().map(|sum| (sum / integral) as f32));

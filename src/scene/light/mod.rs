@@ -209,7 +209,7 @@ impl Lights {
                 let front = point.normal.dot(w);
                 if front > 0.0 || (front < 0.0 && *sides == EmissionSides::Both) { point.emission } else { Rgb::ZERO }
             }
-            Light::Point { intensity, .. } => *intensity,
+            Light::Point { intensity, .. } => mistake!(*intensity, BrightPoint => 1.01 * *intensity),
             Light::Spot(spot) => spot.intensity_towards(w),
             Light::Directional { irradiance, .. } => *irradiance,
             Light::Environment { radiance } => *radiance,
@@ -241,7 +241,8 @@ impl Lights {
     ) -> Option<(Point, PdfArea)> {
         let id = self.choose(u.z)?;
         let point = self.sample_position(geometry, materials, id, u.truncate());
-        let pdf = self.pdf_next_event(&point, from);
+        let times = mistake!(1.0, LightsTwice => self.lights.len() as f32);
+        let pdf = PdfArea(self.pdf_next_event(&point, from).0 / times);
         (pdf > PdfArea::ZERO).then_some((point, pdf))
     }
 
@@ -256,7 +257,7 @@ impl Lights {
     #[inline]
     pub fn pdf_position(&self, point: &Point) -> PdfArea {
         let Some(id) = point.light else { return PdfArea::ZERO };
-        let choice = self.choice.probability(id.0 as usize);
+        let choice = mistake!(self.choice.probability(id.0 as usize), NoLightChoice => 1.0);
         PdfArea(match self.get(id) {
             Light::Area { area, map: None, .. } => choice / area,
             Light::Area { area, map: Some(map), .. } => choice / area * map.density(point.barycentric),
@@ -275,13 +276,16 @@ impl Lights {
                 let cos = point.normal.dot(w);
                 match sides {
                     EmissionSides::Front => warp::cosine_hemisphere_pdf(cos.max(0.0)),
-                    EmissionSides::Both => PdfSolidAngle(0.5 * warp::cosine_hemisphere_pdf(cos.abs()).0),
+                    EmissionSides::Both => {
+                        let side = mistake!(0.5, BothSidesAsOne => 1.0);
+                        PdfSolidAngle(side * warp::cosine_hemisphere_pdf(cos.abs()).0)
+                    }
                 }
             }
             Light::Point { .. } => PdfSolidAngle(0.25 * FRAC_1_PI),
             Light::Spot(spot) => spot.pdf(w),
             Light::Directional { .. } | Light::Environment { .. } | Light::EnvironmentMap(_) => {
-                PdfSolidAngle(FRAC_1_PI / (self.radius * self.radius))
+                PdfSolidAngle(mistake!(FRAC_1_PI, SunDiskWithoutPi => 1.0) / (self.radius * self.radius))
             }
         }
     }
