@@ -65,6 +65,24 @@ fn main() -> ExitCode {
     }
 }
 
+/// The line of a mistake in TESTING.md.
+fn line(mistake: Mistake, by: &str) -> String {
+    format!("| `{}`: {} | `{by}` |", mistake.name(), mistake.what())
+}
+
+/// Holds the list in TESTING.md to the table.
+fn check_list() -> Result<(), String> {
+    let path = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("TESTING.md");
+    let text = std::fs::read_to_string(&path).map_err(|e| format!("{} cannot be read: {e}", path.display()))?;
+    let listed = |m: &Mistake| killers(*m).iter().any(|test| text.contains(&line(*m, &test.name())));
+    match Mistake::ALL.iter().find(|m| !listed(m)) {
+        Some(mistake) => {
+            Err(format!("TESTING.md does not list {} with its test; --markdown prints the list", mistake.name()))
+        }
+        None => Ok(()),
+    }
+}
+
 fn refuse(what: &str) -> ExitCode {
     eprintln!("error: {what}");
     ExitCode::from(2)
@@ -72,6 +90,9 @@ fn refuse(what: &str) -> ExitCode {
 
 /// Tries the mistakes; returns how many were missed.
 fn run(wanted: &[Mistake], markdown: bool) -> Result<usize, String> {
+    if !markdown {
+        check_list()?;
+    }
     let start = Instant::now();
     let built = build()?;
     eprintln!("built in {:.0} s", start.elapsed().as_secs_f32());
@@ -103,7 +124,7 @@ fn run(wanted: &[Mistake], markdown: bool) -> Result<usize, String> {
         missed += usize::from(by.is_none());
         let by = by.unwrap_or_else(|| "missed".to_owned());
         if markdown {
-            println!("| `{}`: {} | `{by}` |", mistake.name(), mistake.what());
+            println!("{}", line(*mistake, &by));
         } else {
             println!("{:24} {:6.1} s  {by}", mistake.name(), began.elapsed().as_secs_f32());
         }

@@ -4,7 +4,7 @@ use pathspace::{
     film::{Crop, Header, Image, encode_exr},
     integrator::IntegratorKind,
     render::{Renderer, Settings},
-    sampling::Filter,
+    sampling::{Filter, SamplerKind},
     scene::{Scene, camera::Sensor},
     statistics::{Comparison, Estimate, regions},
 };
@@ -21,6 +21,11 @@ fn bytes(image: &Image, sensor: Sensor, crop: Crop) -> Vec<u8> {
     encode_exr(image, None, &Header { sensor, crop, attributes: Vec::new() }).unwrap()
 }
 
+/// Every integrator with every sampler.
+fn every_kind() -> impl Iterator<Item = (IntegratorKind, SamplerKind)> {
+    IntegratorKind::ALL.into_iter().flat_map(|integrator| SamplerKind::ALL.map(|sampler| (integrator, sampler)))
+}
+
 #[test]
 fn any_number_of_threads_gives_the_same_bytes() {
     assert_threads_do_not_matter(scenes::zoo);
@@ -29,13 +34,13 @@ fn any_number_of_threads_gives_the_same_bytes() {
 pub fn assert_threads_do_not_matter(scene: impl Fn(Sensor) -> Scene) {
     let sensor = Sensor { width: 70, height: 50, padding: Filter::BlackmanHarris.padding() };
     let scene = scene(sensor);
-    for integrator in IntegratorKind::ALL {
-        let settings = Settings { integrator, filter: Filter::BlackmanHarris, ..Settings::new(sensor) };
+    for (integrator, sampler) in every_kind() {
+        let settings = Settings { integrator, sampler, filter: Filter::BlackmanHarris, ..Settings::new(sensor) };
         let files = [1, 2, 5].map(|threads| {
             let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
             bytes(&pool.install(|| render(&scene, &settings, 3)), sensor, settings.crop)
         });
-        assert!(files[0] == files[1] && files[0] == files[2], "{integrator}");
+        assert!(files[0] == files[1] && files[0] == files[2], "{integrator} {sampler}");
     }
 }
 
@@ -48,8 +53,8 @@ pub fn assert_crops_are_slices(scene: impl Fn(Sensor) -> Scene) {
     for filter in [Filter::Box, Filter::BlackmanHarris] {
         let sensor = Sensor { width: 48, height: 40, padding: filter.padding() };
         let scene = scene(sensor);
-        for integrator in IntegratorKind::ALL {
-            let full = Settings { integrator, filter, ..Settings::new(sensor) };
+        for (integrator, sampler) in every_kind() {
+            let full = Settings { integrator, sampler, filter, ..Settings::new(sensor) };
             let crop = Crop { x0: 9, y0: 17, x1: 30, y1: 40 };
             let part = render(&scene, &Settings { crop, ..full.clone() }, 2);
             let whole = render(&scene, &full, 2);
@@ -58,7 +63,7 @@ pub fn assert_crops_are_slices(scene: impl Fn(Sensor) -> Scene) {
                     assert_eq!(
                         part.get(x, y),
                         whole.get(x + crop.x0, y + crop.y0),
-                        "{integrator} {filter} at {x}, {y}"
+                        "{integrator} {sampler} {filter} at {x}, {y}"
                     );
                 }
             }
