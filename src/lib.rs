@@ -67,3 +67,4 @@ pub mod render;
 pub mod sampling;
 pub mod scene;
 pub mod statistics;
+pub mod verify;

@@ -100,7 +100,7 @@ pub struct Renderer<'a> {
     /// Of a transparent background.
     coverage: Option<Coverage>,
     passes: u32,
-    samples: u64,
+    samples: AtomicU64,
     rays: AtomicU64,
     rejected: Mutex<BTreeMap<Technique, u64>>,
 }
@@ -143,7 +143,7 @@ impl<'a> Renderer<'a> {
             film,
             coverage,
             passes: 0,
-            samples: 0,
+            samples: AtomicU64::new(0),
             rays: AtomicU64::new(0),
             rejected: Mutex::default(),
         }
@@ -156,31 +156,45 @@ impl<'a> Renderer<'a> {
 
     /// The same with only those paths deposited for which `keep` holds: a predicate on paths makes an image of its own.
     pub fn pass_where<K: Fn(&JoinedPath) -> bool + Sync>(&mut self, keep: &K) {
+        let half = Half::of_pass(self.passes);
+        self.run(|renderer| ToFilm { film: &renderer.film, half, keep });
+        self.passes += 1;
+    }
+
+    /// A pass whose paths go to collectors of one's own instead of the film: `new` makes one for each task. They are returned in
+    /// the order of tasks, which no number of threads changes.
+    pub fn pass_into<C: Collector + Send>(&mut self, new: impl Fn() -> C + Sync) -> Vec<C> {
+        let collectors = self.run(|_| new());
+        self.passes += 1;
+        collectors
+    }
+
+    /// One pass, with a collector for each task.
+    fn run<'s, C: Collector + Send>(&'s self, new: impl Fn(&'s Self) -> C + Sync) -> Vec<C> {
         match self.settings.sampler {
-            SamplerKind::Independent => self.pass_by::<Independent, K>(keep),
-            SamplerKind::Sobol => self.pass_by::<Sobol, K>(keep),
+            SamplerKind::Independent => self.run_by::<Independent, C>(new),
+            SamplerKind::Sobol => self.run_by::<Sobol, C>(new),
         }
     }
 
-    fn pass_by<S: Sampler, K: Fn(&JoinedPath) -> bool + Sync>(&mut self, keep: &K) {
+    fn run_by<'s, S: Sampler, C: Collector + Send>(&'s self, new: impl Fn(&'s Self) -> C + Sync) -> Vec<C> {
         let padded = PaddedImage(self.scene.camera.sensor());
         let pass = self.passes;
-        let samples: u64 = padded
+        padded
             .tiles()
             .into_par_iter()
             .map_init(
                 || self.integrator.scratch(),
                 |scratch, tile| {
-                    let mut sink = FilmSink { renderer: self, half: Half::of_pass(pass), rays: 0, keep };
+                    let mut sink = TaskSink { renderer: self, rays: 0, collector: new(self) };
                     let samples =
                         padded.tile(tile).map(|pixel| self.sample::<S>(pixel, pass, scratch, &mut sink)).sum::<u64>();
                     self.rays.fetch_add(sink.rays, Relaxed);
-                    samples
+                    self.samples.fetch_add(samples, Relaxed);
+                    sink.collector
                 },
             )
-            .sum();
-        self.samples += samples;
-        self.passes += 1;
+            .collect()
     }
 
     /// One sample of one pixel of the padded image. Returns the number of samples that this counts as.
@@ -246,7 +260,7 @@ impl<'a> Renderer<'a> {
     /// What was done so far.
     pub fn statistics(&self) -> Statistics {
         let rejected = self.rejected.lock().unwrap_or_else(|e| e.into_inner()).clone();
-        Statistics { samples: self.samples, rays: self.rays.load(Relaxed), rejected }
+        Statistics { samples: self.samples.load(Relaxed), rays: self.rays.load(Relaxed), rejected }
     }
 }
 
@@ -314,26 +328,46 @@ fn this_thread() -> u64 {
     rayon::current_thread_index().unwrap_or(0) as u64
 }
 
-/// Brings the paths of one task to the film.
-struct FilmSink<'a, K> {
-    renderer: &'a Renderer<'a>,
+/// Where the paths of a pass go.
+pub trait Collector {
+    /// A path and its share of one pass, without h_j: see [`Sink::deposit`].
+    fn collect(&mut self, path: &JoinedPath, value: Rgb);
+}
+
+/// Brings the paths that are to be kept to the film.
+struct ToFilm<'a, K> {
+    film: &'a Film,
     half: Half,
-    rays: u64,
     keep: &'a K,
 }
 
-impl<K: Fn(&JoinedPath) -> bool> Sink for FilmSink<'_, K> {
+impl<K: Fn(&JoinedPath) -> bool> Collector for ToFilm<'_, K> {
+    #[inline]
+    fn collect(&mut self, path: &JoinedPath, value: Rgb) {
+        if (self.keep)(path) {
+            self.film.deposit(path.raster(), value, self.half);
+        }
+    }
+}
+
+/// Brings the paths of one task to their collector.
+struct TaskSink<'a, C> {
+    renderer: &'a Renderer<'a>,
+    rays: u64,
+    collector: C,
+}
+
+impl<C: Collector> Sink for TaskSink<'_, C> {
     #[inline]
     fn deposit(&mut self, path: &JoinedPath, value: Rgb) {
-        let unseen = self.renderer.coverage.is_some() && path.shows_background();
-        if unseen || !(self.keep)(path) {
+        if self.renderer.coverage.is_some() && path.shows_background() {
             return;
         }
         let value = match self.renderer.settings.clamp {
             Some(most) => value.min(Rgb::splat(most)),
             None => value,
         };
-        self.renderer.film.deposit(path.raster(), value, self.half);
+        self.collector.collect(path, value);
     }
 
     #[cold]

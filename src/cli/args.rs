@@ -1,9 +1,12 @@
-//! The options of `pathspace render`.
+//! The options of `pathspace render`, and those that it shares with `pathspace verify`.
 
 use std::{path::PathBuf, time::Duration};
 
+use rayon::{ThreadPool, ThreadPoolBuilder};
+
 use super::{
     environment::EnvironmentArgs,
+    exit::Failure,
     terminal::Verbosity,
     values::{self, Bytes, LookAt},
 };
@@ -18,11 +21,11 @@ use crate::{
 /// Larger images are refused: pixels are numbered by 32 bits, padding included.
 const LARGEST_SIDE: i64 = 32_768;
 
+/// What `pathspace render` is asked for.
 #[derive(Debug, clap::Args)]
 pub(super) struct RenderArgs {
-    /// The scene, glTF 2.0 (.gltf or .glb)
-    #[arg(value_name = "SCENE")]
-    pub(super) file: PathBuf,
+    #[command(flatten)]
+    pub(super) scene: SceneArgs,
 
     /// Image to write, .exr (linear, lossless) or .png; may be given several times [default: SCENE-INTEGRATOR.exr and
     /// .png in the working directory]
@@ -46,29 +49,15 @@ pub(super) struct RenderArgs {
     #[arg(long, value_name = "TIME", conflicts_with = "spp", value_parser = values::duration)]
     pub(super) time: Option<Duration>,
 
-    /// Image width in pixels [default: 512, or from --height]
-    #[arg(long, value_name = "W", value_parser = clap::value_parser!(u32).range(1..=LARGEST_SIDE))]
-    pub(super) width: Option<u32>,
+    #[command(flatten)]
+    pub(super) size: SizeArgs,
 
-    /// Image height in pixels [default: from the width and the camera's aspect, 4:3 where it has none]
-    #[arg(long, value_name = "H", value_parser = clap::value_parser!(u32).range(1..=LARGEST_SIDE))]
-    pub(super) height: Option<u32>,
-
-    /// Longest path, in edges
-    #[arg(long, value_name = "N", default_value_t = 16, value_parser = clap::value_parser!(u32).range(1..=255))]
-    pub(super) max_depth: u32,
+    #[command(flatten)]
+    pub(super) paths: PathArgs,
 
     /// Random numbers: independent of each other, or evenly distributed over a pixel's samples (sobol)
     #[arg(long, value_name = "NAME", default_value = SamplerKind::default().name(), value_parser = values::sampler())]
     pub(super) sampler: SamplerKind,
-
-    /// Seed of all random numbers
-    #[arg(long, value_name = "S", default_value_t = 0)]
-    pub(super) seed: u64,
-
-    /// Threads [default: one for each logical processor]; the image does not depend on it
-    #[arg(long, value_name = "T", value_parser = clap::value_parser!(u16).range(1..=1024))]
-    pub(super) threads: Option<u16>,
 
     /// Reconstruction filter
     #[arg(long, value_name = "NAME", default_value = "box", value_parser = values::filter())]
@@ -87,10 +76,6 @@ pub(super) struct RenderArgs {
     #[arg(long, value_name = "x0,y0,x1,y1", allow_hyphen_values = true, value_parser = values::crop)]
     pub(super) crop: Option<Crop>,
 
-    /// Russian roulette from this number of edges on, or 'off'
-    #[arg(long, value_name = "off|DEPTH", default_value = "4", value_parser = values::roulette)]
-    pub(super) roulette: Roulette,
-
     /// Clamp every contribution to X per channel, which biases the image; recorded in the file [default: off]
     #[arg(long, value_name = "X", allow_negative_numbers = true, value_parser = values::positive)]
     pub(super) clamp: Option<f32>,
@@ -102,6 +87,17 @@ pub(super) struct RenderArgs {
     /// With --only-strategy: the strategy by itself, not weighted against the others
     #[arg(long, requires = "only_strategy")]
     pub(super) unweighted: bool,
+
+    #[command(flatten)]
+    pub(super) verbosity: VerbosityArgs,
+}
+
+/// Which scene, from where, under which sky: what every command that renders asks for.
+#[derive(Debug, clap::Args)]
+pub(super) struct SceneArgs {
+    /// The scene, glTF 2.0 (.gltf or .glb)
+    #[arg(value_name = "SCENE")]
+    pub(super) file: PathBuf,
 
     /// Scene of a file with several, by name or index [default: the file's default, else the first]
     #[arg(long, value_name = "NAME|INDEX", allow_hyphen_values = true)]
@@ -133,11 +129,74 @@ pub(super) struct RenderArgs {
 
     #[command(flatten)]
     pub(super) environment: EnvironmentArgs,
+}
+
+/// How large the image is.
+#[derive(Debug, clap::Args)]
+pub(super) struct SizeArgs {
+    /// Image width in pixels [default: 512, or 128 for verify; or from --height]
+    #[arg(long, value_name = "W", value_parser = clap::value_parser!(u32).range(1..=LARGEST_SIDE))]
+    pub(super) width: Option<u32>,
+
+    /// Image height in pixels [default: from the width and the camera's aspect, 4:3 where it has none]
+    #[arg(long, value_name = "H", value_parser = clap::value_parser!(u32).range(1..=LARGEST_SIDE))]
+    pub(super) height: Option<u32>,
 
     /// Refuse images whose film needs more memory than this
     #[arg(long, value_name = "SIZE", default_value = "4GiB", value_parser = values::bytes)]
     pub(super) memory_limit: Bytes,
+}
 
+impl SizeArgs {
+    /// Refuses what takes more than the limit, for these pixels.
+    pub(super) fn check_memory(&self, needed: u64, pixels: Crop) -> Result<(), Failure> {
+        let limit = self.memory_limit.0;
+        if needed <= limit {
+            return Ok(());
+        }
+        let mib = |bytes: u64| bytes.div_ceil(1 << 20);
+        Err(Failure::usage(format!(
+            "{} × {} pixels need {} MiB of memory, more than the limit of {} MiB (--memory-limit, or a smaller image)",
+            pixels.width(),
+            pixels.height(),
+            mib(needed),
+            mib(limit)
+        )))
+    }
+}
+
+/// Which paths, and by which random numbers.
+#[derive(Debug, clap::Args)]
+pub(super) struct PathArgs {
+    /// Longest path, in edges
+    #[arg(long, value_name = "N", default_value_t = 16, value_parser = clap::value_parser!(u32).range(1..=255))]
+    pub(super) max_depth: u32,
+
+    /// Russian roulette from this number of edges on, or 'off'
+    #[arg(long, value_name = "off|DEPTH", default_value = "4", value_parser = values::roulette)]
+    pub(super) roulette: Roulette,
+
+    /// Seed of all random numbers
+    #[arg(long, value_name = "S", default_value_t = 0)]
+    pub(super) seed: u64,
+
+    /// Threads [default: one for each logical processor]; the image does not depend on it
+    #[arg(long, value_name = "T", value_parser = clap::value_parser!(u16).range(1..=1024))]
+    pub(super) threads: Option<u16>,
+}
+
+impl PathArgs {
+    /// The threads to render with.
+    pub(super) fn thread_pool(&self) -> Result<ThreadPool, Failure> {
+        let threads = self.threads.map_or(0, usize::from);
+        let pool = ThreadPoolBuilder::new().num_threads(threads).build();
+        pool.map_err(|error| Failure::usage(format!("cannot start {threads} threads: {error}")))
+    }
+}
+
+/// How much is said.
+#[derive(Debug, clap::Args)]
+pub(super) struct VerbosityArgs {
     /// Say nothing but errors
     #[arg(short, long, conflicts_with = "verbose")]
     quiet: bool,
@@ -147,7 +206,7 @@ pub(super) struct RenderArgs {
     verbose: bool,
 }
 
-impl RenderArgs {
+impl VerbosityArgs {
     pub(super) fn verbosity(&self) -> Verbosity {
         match (self.quiet, self.verbose) {
             (true, _) => Verbosity::Quiet,

@@ -2,7 +2,12 @@
 
 use glam::Vec3;
 
-use super::{args::RenderArgs, exit::Failure, terminal::Terminal, values::LookAt};
+use super::{
+    args::{SceneArgs, SizeArgs},
+    exit::Failure,
+    terminal::Terminal,
+    values::LookAt,
+};
 use crate::{
     io::{Loaded, NamedCamera, ThinLens, View},
     scene::{camera::Sensor, geometry::Bounds},
@@ -10,19 +15,18 @@ use crate::{
 
 /// Width over height where nothing says otherwise.
 const DEFAULT_ASPECT: f32 = 4.0 / 3.0;
-const DEFAULT_WIDTH: u32 = 512;
 const DEFAULT_YFOV: f32 = 45.0_f32.to_radians();
 const LARGEST_SIDE: f32 = 32_768.0;
 
 /// The camera that the options ask for, or the file's first, or one that frames the whole scene; with the lens of the options.
-pub(super) fn choose(args: &RenderArgs, loaded: &Loaded, terminal: Terminal) -> Result<NamedCamera, Failure> {
+pub(super) fn choose(args: &SceneArgs, loaded: &Loaded, terminal: Terminal) -> Result<NamedCamera, Failure> {
     let camera = view(args, loaded, terminal)?;
     let target = args.look_at.map(|look_at| look_at.eye.distance(look_at.target));
     let lens = Lens { aperture: args.aperture, focus: args.focus };
     lens.put_on(camera, target).map_err(Failure::usage)
 }
 
-fn view(args: &RenderArgs, loaded: &Loaded, terminal: Terminal) -> Result<NamedCamera, Failure> {
+fn view(args: &SceneArgs, loaded: &Loaded, terminal: Terminal) -> Result<NamedCamera, Failure> {
     if let Some(look_at) = args.look_at {
         return Ok(looking_at(look_at, loaded.cameras.first()));
     }
@@ -40,19 +44,19 @@ fn view(args: &RenderArgs, loaded: &Loaded, terminal: Terminal) -> Result<NamedC
     Ok(framing(loaded.geometry.bounds()))
 }
 
-/// The image's size: what the options say, and the rest by the aspect.
-pub(super) fn sensor(args: &RenderArgs, camera: &NamedCamera) -> Sensor {
+/// The image's size: what the options say, the rest by the aspect, and `usual` columns where they say nothing.
+pub(super) fn sensor(args: &SizeArgs, usual: u32, padding: u32, camera: &NamedCamera) -> Sensor {
     let aspect = camera.aspect.filter(|a| a.is_finite() && *a > 0.0).unwrap_or(DEFAULT_ASPECT);
     let side = |length: f32| length.round().clamp(1.0, LARGEST_SIDE) as u32;
     let (width, height) = match (args.width, args.height) {
         (Some(width), Some(height)) => (width, height),
         (None, Some(height)) => (side(height as f32 * aspect), height),
         (width, None) => {
-            let width = width.unwrap_or(DEFAULT_WIDTH);
+            let width = width.unwrap_or(usual);
             (width, side(width as f32 / aspect))
         }
     };
-    Sensor { width, height, padding: args.filter.padding() }
+    Sensor { width, height, padding }
 }
 
 /// What the options say of the lens, in metres.

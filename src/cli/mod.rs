@@ -7,10 +7,15 @@ mod exit;
 mod header;
 mod info;
 mod info_json;
+mod opened;
 mod progress;
 mod render;
 mod terminal;
 mod values;
+mod verify;
+mod verify_json;
+mod verify_pictures;
+mod verify_text;
 
 use std::{
     env,
@@ -36,6 +41,9 @@ enum Command {
     /// Render a scene to image files
     #[command(after_help = Exit::help())]
     Render(Box<args::RenderArgs>),
+    /// Check that the integrators agree on a scene, and say what each of them cannot see
+    #[command(after_help = Exit::help())]
+    Verify(Box<verify::VerifyArgs>),
     /// Say what a scene file holds: geometry, cameras, materials, lights, warnings
     #[command(after_help = Exit::help())]
     Info(info::InfoArgs),
@@ -46,7 +54,7 @@ pub fn run() -> Exit {
     panic::set_hook(Box::new(ask_for_a_report));
     guarded(|| match Cli::try_parse_from(env::args_os()) {
         Ok(cli) => match dispatch(&cli.command) {
-            Ok(()) => Exit::Done,
+            Ok(exit) => exit,
             Err(failure) => {
                 terminal::error(&failure.sentence);
                 failure.exit
@@ -56,10 +64,11 @@ pub fn run() -> Exit {
     })
 }
 
-fn dispatch(command: &Command) -> Result<(), Failure> {
+fn dispatch(command: &Command) -> Result<Exit, Failure> {
     match command {
-        Command::Render(args) => render::run(args),
-        Command::Info(args) => info::run(args),
+        Command::Render(args) => render::run(args).map(|()| Exit::Done),
+        Command::Verify(args) => verify::run(args),
+        Command::Info(args) => info::run(args).map(|()| Exit::Done),
     }
 }
 

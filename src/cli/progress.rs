@@ -52,13 +52,20 @@ pub(super) struct Moment {
     pub(super) noise: Option<f64>,
 }
 
+impl Moment {
+    /// The part of the work that is done, from 0 to 1.
+    pub(super) fn fraction(&self) -> f64 {
+        self.goal.fraction(self.passes, self.elapsed)
+    }
+}
+
 impl fmt::Display for Moment {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self.goal {
             Goal::Passes(all) => write!(f, "{}/{all} spp", self.passes)?,
             Goal::Time(all) => write!(f, "{} spp, {} of {}", self.passes, Clock(self.elapsed), Clock(all))?,
         }
-        let done = self.goal.fraction(self.passes, self.elapsed);
+        let done = self.fraction();
         if done > 0.0 {
             let left = self.elapsed.as_secs_f64() * (1.0 - done) / done;
             write!(f, ", {} left", Clock(Duration::try_from_secs_f64(left).unwrap_or(Duration::MAX)))?;
@@ -126,11 +133,11 @@ impl Progress {
         self.last.elapsed() >= wait
     }
 
-    pub(super) fn show(&mut self, moment: &Moment) {
+    /// Shows that the part `done` of the work is.
+    pub(super) fn show(&mut self, done: f64, moment: &dyn fmt::Display) {
         match &mut self.display {
             Display::Nothing => {}
             Display::Bar(bar) => {
-                let done = moment.goal.fraction(moment.passes, moment.elapsed);
                 bar.set_position((done * Self::STEPS as f64) as u64);
                 bar.set_message(moment.to_string());
             }

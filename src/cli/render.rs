@@ -2,27 +2,27 @@
 
 use std::{path::PathBuf, time::Instant};
 
-use rayon::{ThreadPool, ThreadPoolBuilder};
+use rayon::ThreadPool;
 
 use super::{
     args::RenderArgs,
-    camera, environment,
+    camera,
     exit::Failure,
     header::{Job, header},
-    info,
+    opened::Opened,
     progress::{Clock, Goal, Moment, Progress},
     terminal::Terminal,
 };
 use crate::{
     film::{Coverage, Crop, Exposure, Film, Format, check_writable, encode_exr, encode_png, write_atomically},
     integrator::{IntegratorKind, Weighting},
-    io,
     path::Strategy,
     render::{Background, Renderer, Settings},
     scene::{Scene, camera::Sensor, light::Light},
 };
 
 const DEFAULT_SPP: u32 = 64;
+const DEFAULT_WIDTH: u32 = 512;
 /// Besides the film's sums: the image, two halves while the noise is estimated, and the files before they are written.
 const IMAGE_BYTES_PER_PIXEL: u64 = 52;
 /// The same of the alpha channel.
@@ -31,37 +31,23 @@ const ALPHA_BYTES_PER_PIXEL: u64 = 12;
 /// Renders as `args` say. What can be refused is refused before the first ray: wrong options, outputs that cannot be
 /// written, scenes that cannot be read, images that do not fit into memory.
 pub(super) fn run(args: &RenderArgs) -> Result<(), Failure> {
-    let terminal = Terminal::new(args.verbosity());
+    let terminal = Terminal::new(args.verbosity.verbosity());
     let only = only(args)?;
     if args.hemisphere.is_some() && args.integrator != IntegratorKind::PathHemisphere {
         let name = args.integrator;
         return Err(Failure::usage(format!("--hemisphere says how -i path-hemisphere samples, and this is -i {name}")));
     }
     let outputs = outputs(args)?;
-    let pool = thread_pool(args)?;
+    let pool = args.paths.thread_pool()?;
 
-    let loaded = io::load_scene(&args.file, args.scene.as_deref())?;
-    terminal.detail(info::describe(&loaded));
-    for warning in &loaded.warnings {
-        terminal.warn(warning);
-    }
-    let view = camera::choose(args, &loaded, terminal)?;
-    let sensor = camera::sensor(args, &view);
+    let opened = Opened::read(&args.scene, terminal)?;
+    let sensor = camera::sensor(&args.size, DEFAULT_WIDTH, args.filter.padding(), &opened.view);
     let settings = settings(args, crop(args, sensor)?, only);
     check_memory(args, &settings)?;
-    let scenes = &loaded.summary.scenes;
-    let shown = loaded.summary.scene.filter(|_| scenes.len() > 1);
-    let environment = environment::choose(&args.environment, &loaded, terminal)?;
-    let job = Job {
-        scene_hash: loaded.hash.clone(),
-        shown,
-        camera: &view,
-        sensor,
-        settings: &settings,
-        environment: environment.recorded,
-    };
-    let scene = loaded.into_scene(view.to_camera(sensor), environment.light);
-    foretell(&job, &scene, args.max_depth, terminal);
+    let (view, shown, scene_hash) = (opened.view.clone(), opened.shown, opened.loaded.hash.clone());
+    let (scene, environment) = opened.into_scene(&args.scene, sensor, terminal)?;
+    let job = Job { scene_hash, shown, camera: &view, sensor, settings: &settings, environment };
+    foretell(&job, &scene, args.paths.max_depth, terminal);
 
     let mut renderer = pool.install(|| Renderer::new(&scene, &settings));
     let goal = args.time.map_or(Goal::Passes(args.spp.unwrap_or(DEFAULT_SPP)), Goal::Time);
@@ -77,12 +63,12 @@ fn only(args: &RenderArgs) -> Result<Option<(Strategy, Weighting)>, Failure> {
             "area sampling has no strategies (s,t): leave --only-strategy out, or choose -i bdpt",
         ));
     }
-    if strategy.s + strategy.t - 1 > args.max_depth {
+    if strategy.s + strategy.t - 1 > args.paths.max_depth {
         let Strategy { s, t } = strategy;
         let edges = s + t - 1;
         return Err(Failure::usage(format!(
             "strategy ({s},{t}) makes paths of {edges} edges, more than --max-depth {}",
-            args.max_depth
+            args.paths.max_depth
         )));
     }
     Ok(Some((strategy, if args.unweighted { Weighting::Unweighted } else { Weighting::Weighted })))
@@ -92,7 +78,7 @@ fn only(args: &RenderArgs) -> Result<Option<(Strategy, Weighting)>, Failure> {
 fn outputs(args: &RenderArgs) -> Result<Vec<(PathBuf, Format)>, Failure> {
     let mut paths = args.output.clone();
     if paths.is_empty() {
-        let mut stem = args.file.file_stem().unwrap_or("pathspace".as_ref()).to_owned();
+        let mut stem = args.scene.file.file_stem().unwrap_or("pathspace".as_ref()).to_owned();
         stem.push("-");
         stem.push(args.integrator.name());
         for extension in [".exr", ".png"] {
@@ -113,12 +99,6 @@ fn outputs(args: &RenderArgs) -> Result<Vec<(PathBuf, Format)>, Failure> {
     Ok(outputs)
 }
 
-fn thread_pool(args: &RenderArgs) -> Result<ThreadPool, Failure> {
-    let threads = args.threads.map_or(0, usize::from);
-    let pool = ThreadPoolBuilder::new().num_threads(threads).build();
-    pool.map_err(|error| Failure::usage(format!("cannot start {threads} threads: {error}")))
-}
-
 fn crop(args: &RenderArgs, sensor: Sensor) -> Result<Crop, Failure> {
     let crop = args.crop.unwrap_or(Crop::full(sensor));
     if crop.fits(sensor) {
@@ -133,11 +113,11 @@ fn settings(args: &RenderArgs, crop: Crop, only: Option<(Strategy, Weighting)>) 
     Settings {
         integrator: args.integrator,
         hemisphere: args.hemisphere.unwrap_or_default(),
-        max_depth: args.max_depth.min(args.integrator.longest_path()),
-        roulette: args.roulette,
+        max_depth: args.paths.max_depth.min(args.integrator.longest_path()),
+        roulette: args.paths.roulette,
         only,
         sampler: args.sampler,
-        seed: args.seed,
+        seed: args.paths.seed,
         filter: args.filter,
         crop,
         clamp: args.clamp,
@@ -152,18 +132,7 @@ fn check_memory(args: &RenderArgs, settings: &Settings) -> Result<(), Failure> {
         Background::Transparent => Coverage::memory(pixels) + ALPHA_BYTES_PER_PIXEL * pixels,
     };
     let needed = Film::memory(pixels) + IMAGE_BYTES_PER_PIXEL * pixels + alpha;
-    let limit = args.memory_limit.0;
-    if needed <= limit {
-        return Ok(());
-    }
-    let mib = |bytes: u64| bytes.div_ceil(1 << 20);
-    Err(Failure::usage(format!(
-        "{} × {} pixels need {} MiB of memory, more than the limit of {} MiB (--memory-limit, or a smaller --crop)",
-        settings.crop.width(),
-        settings.crop.height(),
-        mib(needed),
-        mib(limit)
-    )))
+    args.size.check_memory(needed, settings.crop)
 }
 
 /// Says beforehand what would surprise afterwards. `max_depth` is what was asked for.
@@ -230,7 +199,8 @@ fn render(renderer: &mut Renderer<'_>, pool: &ThreadPool, goal: Goal, terminal: 
         pool.install(|| renderer.pass());
         if progress.is_due() {
             noise = renderer.film().noise(renderer.passes()).or(noise);
-            progress.show(&moment(renderer, goal, start, noise));
+            let moment = moment(renderer, goal, start, noise);
+            progress.show(moment.fraction(), &moment);
         }
     }
     progress.finish();

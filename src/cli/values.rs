@@ -31,6 +31,12 @@ pub(super) fn integrator() -> impl TypedValueParser<Value = IntegratorKind> {
         .try_map(|name| name.parse::<IntegratorKind>())
 }
 
+/// The integrators that `verify` can compare: those that sample the whole integral, whatever the length of a path.
+pub(super) fn comparable() -> impl TypedValueParser<Value = IntegratorKind> {
+    let comparable = IntegratorKind::ALL.into_iter().filter(|kind| *kind != IntegratorKind::Area);
+    PossibleValuesParser::new(comparable.map(IntegratorKind::name)).try_map(|name| name.parse::<IntegratorKind>())
+}
+
 pub(super) fn directions() -> impl TypedValueParser<Value = Directions> {
     PossibleValuesParser::new(Directions::ALL.map(Directions::name))
         .try_map(|name| Directions::ALL.into_iter().find(|rule| rule.name() == name).ok_or("no such rule"))
@@ -79,6 +85,13 @@ pub(super) fn bytes(text: &str) -> Result<Bytes, String> {
 
 fn split_unit(text: &str) -> (&str, &str) {
     text.split_at(text.find(|c: char| c.is_ascii_alphabetic()).unwrap_or(text.len()))
+}
+
+/// `2%`, as a fraction.
+pub(super) fn percentage(text: &str) -> Result<f64, String> {
+    let number = text.strip_suffix('%').and_then(|number| number.trim().parse::<f64>().ok());
+    let fraction = number.map(|percent| percent / 100.0).filter(|x| *x > 0.0 && *x < 1.0);
+    fraction.ok_or_else(|| "a bias is written like 2%, between 0% and 100%".to_owned())
 }
 
 /// `x0,y0,x1,y1`.
@@ -175,6 +188,14 @@ mod tests {
         assert_eq!(bytes("100"), Ok(Bytes(100)));
         for bad in ["", "GiB", "0", "-1G", "4X", "nan"] {
             assert!(bytes(bad).is_err(), "{bad}");
+        }
+    }
+
+    #[test]
+    fn a_bias_is_a_percentage() {
+        assert_eq!((percentage("2%"), percentage("0.5 %")), (Ok(0.02), Ok(0.005)));
+        for bad in ["2", "0%", "-1%", "100%", "nan%", "%", "0.02"] {
+            assert!(percentage(bad).is_err(), "{bad}");
         }
     }
 

@@ -7,6 +7,7 @@
 mod coverage;
 mod crop;
 mod exr;
+mod folder;
 mod image;
 mod output;
 mod plane;
@@ -19,6 +20,7 @@ pub use self::{
     coverage::Coverage,
     crop::Crop,
     exr::{Header, encode_exr},
+    folder::{check_folder, write_folder},
     image::{Image, half_image_rel_mse},
     output::{Format, OutputError, UnknownFormat, check_writable, write_atomically},
     plane::FixedPoint,

@@ -9,9 +9,14 @@ use super::{
     subpath::transmittance,
 };
 use crate::{
-    math::Rgb,
+    math::{Frame, Rgb},
     sampling::{PdfArea, PdfSolidAngle},
-    scene::{Scene, bsdf::Transport, camera::Raster, point::Place},
+    scene::{
+        Scene,
+        bsdf::{ScatterEvent, Transport},
+        camera::Raster,
+        point::Place,
+    },
 };
 
 /// What the connection of two prefixes changes, in slots of its own: nothing of the prefixes is touched to evaluate it.
@@ -195,6 +200,18 @@ impl<'a> JoinedPath<'a> {
         let step = self.step(i);
         let scattered = 0 < i && i < self.edges() && !self.is_at_joint(i);
         if scattered { step.vertex } else { Vertex::new(step.vertex.point) }
+    }
+
+    /// What happens to the light at p_i, 0 < i < n: the letter of the path's class.
+    #[inline]
+    pub fn event(&self, i: u32) -> ScatterEvent {
+        let v = self.vertex(i);
+        if v.is_delta() {
+            return ScatterEvent::Specular;
+        }
+        let frame = Frame::around(v.point.shading_normal);
+        let towards = |j: u32| frame.to_local(Edge::between(&v.point, &self.step(j).vertex.point).direction);
+        v.point.bsdf.event(v.lobe, towards(i - 1), towards(i + 1))
     }
 
     /// V(p_i↔p_{i+1}), as far as it is known: see [`JoinedPath::seen`].

@@ -97,6 +97,67 @@ pub fn mis_weight(path: &impl Densities, strategy: Strategy, techniques: &Techni
     }
 }
 
+/// Whether some strategy of the table could have found the path: its count is positive, and so is every density in its product.
+///
+/// Signs alone decide, so that nothing underflows. The densities are those of a path that walks and connections have found, by
+/// the BSDF.
+pub fn is_covered(path: &impl Densities, techniques: &Techniques) -> bool {
+    let n = path.edges();
+    let from_camera = (1..=n).take_while(|i| path.camera_density(*i) > PdfArea::ZERO).count() as u32;
+    let from_light = (1..=n).rev().take_while(|i| path.light_density(*i) > PdfArea::ZERO).count() as u32;
+    let lowest = (n + 1).saturating_sub(from_light).max(1);
+    let highest = (from_camera + 1).min(n + 1);
+    (lowest..=highest).any(|t| effective_count(path, Strategy { s: n + 1 - t, t }, techniques) > 0.0)
+}
+
+/// How much a table deposits where it finds this path, over F/(n p) of the table `own` whose strategy `found` found it: the mean
+/// over the table's strategies in proportion to what they deposit, Σ w_s² n p/(n_s p_s). Infinite where the table does not
+/// cover the path.
+///
+/// With it, what one integrator finds says how rare and how large the finds of another are, also those that it has not made yet.
+pub fn relative_deposit(
+    path: &impl Densities,
+    found: Strategy,
+    own: &Techniques,
+    techniques: &Techniques,
+    heuristic: Heuristic,
+) -> f64 {
+    let n = path.edges();
+    let own = f64::from(effective_count(path, found, own));
+    let relative = |ratio: f64, t: u32| {
+        let count = f64::from(effective_count(path, Strategy { s: n + 1 - t, t }, techniques));
+        if count == 0.0 { 0.0 } else { ratio * count / own }
+    };
+    let step = |product: &mut f64, up: PdfArea, down: PdfArea| {
+        *product *= f64::from(up.0) / f64::from(down.0);
+        (*product > 0.0).then_some(*product)
+    };
+    let lower_s = || {
+        (found.t..=n).scan(1.0, |product, i| {
+            step(product, path.camera_density(i), path.light_density(i)).map(|r| relative(r, i + 1))
+        })
+    };
+    let higher_s = || {
+        (1..found.t).rev().scan(1.0, |product, i| {
+            step(product, path.light_density(i), path.camera_density(i)).map(|r| relative(r, i))
+        })
+    };
+    let same = relative(1.0, found.t);
+    match heuristic {
+        Heuristic::Balance => 1.0 / (lower_s().sum::<f64>() + same + higher_s().sum::<f64>()),
+        Heuristic::Power => {
+            let all = lower_s().chain([same]).chain(higher_s());
+            let (squares, cubes) = all.fold((0.0, 0.0), |(q, c), r| (q + r * r, c + r * r * r));
+            if squares > 0.0 { cubes / (squares * squares) } else { f64::INFINITY }
+        }
+        Heuristic::FirstSupported => {
+            let reached = |r: &f64| *r > 0.0;
+            let first = higher_s().filter(reached).last().or(Some(same).filter(reached)).or(lower_s().find(reached));
+            first.map_or(f64::INFINITY, f64::recip)
+        }
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use proptest::{
@@ -159,6 +220,36 @@ mod tests {
     }
 
     proptest! {
+        /// Σ n_s p_s (w_s F/(n_s p_s))² over the table is what one find deposits, whichever strategy found the path.
+        #[test]
+        fn a_relative_deposit_is_the_second_moment(path in densities(), entries in prop::collection::vec(0_u32..3, 100)) {
+            let sensor = Sensor { width: 7, height: 5, padding: 1 };
+            let (all, table) = (Techniques::new(sensor, 9, |_| 1), Techniques::new(sensor, 9, |x| entries[((x.s * 10 + x.t) % 100) as usize]));
+            let n = path.edges();
+            let strategies = || (1..=n + 1).map(|t| Strategy { s: n + 1 - t, t });
+            // n_s p_s over the product of all light densities.
+            let np = |x: Strategy, table: &Techniques| {
+                let ratio: f64 = (1..x.t).map(|i| f64::from(path.camera[i as usize]) / f64::from(path.light[i as usize])).product();
+                ratio * f64::from(effective_count(&path, x, table))
+            };
+            for heuristic in [Heuristic::Balance, Heuristic::Power, Heuristic::FirstSupported] {
+                let supported: Vec<_> = strategies().filter(|x| np(*x, &table) > 0.0).collect();
+                prop_assert!(is_covered(&path, &table) != supported.is_empty());
+                let moment: f64 = supported.iter()
+                    .map(|x| f64::from(mis_weight(&path, *x, &table, heuristic)).powi(2) / np(*x, &table))
+                    .sum();
+                for found in strategies().filter(|x| np(*x, &all) > 0.0) {
+                    let relative = relative_deposit(&path, found, &all, &table, heuristic);
+                    if supported.is_empty() {
+                        prop_assert!(relative == f64::INFINITY);
+                    } else {
+                        let expected = moment * np(found, &all);
+                        prop_assert!((relative / expected - 1.0).abs() < 1e-3, "{heuristic:?}: {relative} {expected}");
+                    }
+                }
+            }
+        }
+
         #[test]
         fn weights_over_the_table_sum_to_one(path in densities(), entries in prop::collection::vec(0_u32..4, 100)) {
             let sensor = Sensor { width: 7, height: 5, padding: 1 };

@@ -28,7 +28,7 @@ pub use class::{Event, PathClass};
 pub use definition::Path;
 pub use edge::Edge;
 pub use joined::{JoinedPath, Joint};
-pub use mis::{Densities, Heuristic, mis_weight};
+pub use mis::{Densities, Heuristic, is_covered, mis_weight, relative_deposit};
 pub use strategy::{LightVertices, Strategy, Technique, Techniques};
 pub use subpath::{Roulette, Step, Subpath};
 pub use vertex::Vertex;

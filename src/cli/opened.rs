@@ -1,0 +1,40 @@
+//! A scene as the options name it, read and ready to be rendered.
+
+use super::{args::SceneArgs, camera, environment, exit::Failure, info, terminal::Terminal};
+use crate::{
+    io::{self, Loaded, NamedCamera},
+    scene::{Scene, camera::Sensor},
+};
+
+/// What was read, and the camera that was chosen.
+pub(super) struct Opened {
+    pub(super) loaded: Loaded,
+    pub(super) view: NamedCamera,
+    /// Which scene of a file with several.
+    pub(super) shown: Option<usize>,
+}
+
+impl Opened {
+    /// Reads the file, and says what is wrong with it.
+    pub(super) fn read(args: &SceneArgs, terminal: Terminal) -> Result<Self, Failure> {
+        let loaded = io::load_scene(&args.file, args.scene.as_deref())?;
+        terminal.detail(info::describe(&loaded));
+        for warning in &loaded.warnings {
+            terminal.warn(warning);
+        }
+        let view = camera::choose(args, &loaded, terminal)?;
+        let shown = loaded.summary.scene.filter(|_| loaded.summary.scenes.len() > 1);
+        Ok(Self { loaded, view, shown })
+    }
+
+    /// The scene with its environment, and what an image's header says of that.
+    pub(super) fn into_scene(
+        self,
+        args: &SceneArgs,
+        sensor: Sensor,
+        terminal: Terminal,
+    ) -> Result<(Scene, Option<String>), Failure> {
+        let environment = environment::choose(&args.environment, &self.loaded, terminal)?;
+        Ok((self.loaded.into_scene(self.view.to_camera(sensor), environment.light), environment.recorded))
+    }
+}
