@@ -173,11 +173,12 @@ impl<'a> Evidence<'a> {
             let others = self.found.iter().enumerate().filter(|(j, other)| *j != i && other.watched > 0);
             for (_, other) in others {
                 let rare = other.sizes.rare(*class, i, passes, other.watched as f64, self.setting.unit);
-                for c in 0..3 {
-                    let colour = if luminance > 0.0 { estimate.mean()[c] / luminance } else { 1.0 };
-                    largest[c] = largest[c].max(rare.image * (per_image * colour).powi(2));
+                let (channels, tiles) = largest.split_at_mut(3);
+                for (l, mean) in channels.iter_mut().zip(estimate.mean()) {
+                    let colour = if luminance > 0.0 { mean / luminance } else { 1.0 };
+                    *l = l.max(rare.image * (per_image * colour).powi(2));
                 }
-                largest[3..].iter_mut().zip(rare.tiles).for_each(|(l, r)| *l = l.max(r * per_tile * per_tile));
+                tiles.iter_mut().zip(rare.tiles).for_each(|(l, r)| *l = l.max(r * per_tile * per_tile));
             }
             error2.iter_mut().zip(largest).for_each(|(sum, e)| *sum += e);
         }
