@@ -21,6 +21,8 @@ mod contest;
 mod judge;
 mod rare;
 mod tally;
+#[cfg(test)]
+mod tests;
 
 use std::time::Duration;
 
