@@ -116,13 +116,14 @@ fn a_metal_plate_reflects_its_base_color() {
 /// 1 − (1 − R) R^(n−2); with absorption, T² Σ R^k e^(−σ c (k+1)) along chords c and the outer reflection R.
 #[test]
 fn a_glass_ball_passes_and_reflects_everything() {
-    const DEPTH: i32 = 6;
+    const DEPTH: i32 = 5;
     let ior = 1.5;
+    // Loss has to be frequent enough for a mean of it: of three edges, 4 % and more.
     let clear = by_cosine(|cos| {
         let r = fresnel(cos, ior);
-        DVec3::splat(1.0 - (1.0 - r) * r.powi(DEPTH - 2))
+        DVec3::splat(1.0 - (1.0 - r) * r)
     });
-    assert_image("glass ball", &ball(Material::glass("glass", ior as f32)), &KINDS, DEPTH as u32, 0.01, &clear);
+    assert_image("glass ball", &ball(Material::glass("glass", ior as f32)), &KINDS, 3, 0.01, &clear);
     let sigma = DVec3::new(0.1, 0.5, 1.0);
     let tinted = by_cosine(|cos| {
         let r = fresnel(cos, ior);

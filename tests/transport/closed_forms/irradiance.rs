@@ -93,7 +93,7 @@ fn under(
     build: impl FnOnce(&mut Geometry, &dyn Fn(DVec3) -> DVec3),
 ) -> (Scene, Receiver) {
     let turn = DQuat::from_rotation_y(0.6) * DQuat::from_rotation_x(0.4);
-    let receiver = Receiver::new(DVec3::ZERO, turn * DQuat::from_rotation_z(tilt), 0.15);
+    let receiver = Receiver::new(DVec3::ZERO, turn * DQuat::from_rotation_z(tilt), 0.2);
     let mut g = Geometry::default();
     receiver.add(&mut g, 0);
     build(&mut g, &|p| turn * p);
@@ -104,13 +104,13 @@ fn under(
 
 #[test]
 fn polygons_by_lamberts_formula() {
-    let pentagon: Vec<_> =
+    let pentagon: Vec<DVec3> =
         (0..5).map(|i| DVec3::new((1.3 * f64::from(i)).cos(), 0.9, (1.3 * f64::from(i)).sin()) * 0.7).collect();
     for (name, polygon, tilt) in [
         ("square above", corners(ceiling(1.0, 1.0, 0.6)).to_vec(), 0.0),
         ("square above a tilted receiver", corners(ceiling(1.0, 1.0, 0.6)).to_vec(), 0.7),
         ("square partly below the horizon", corners(ceiling(1.2, 1.0, 0.5)).to_vec(), -1.3),
-        ("pentagon above a tilted receiver", pentagon.into_iter().rev().collect(), 0.5),
+        ("pentagon above a tilted receiver", pentagon, 0.5),
     ] {
         let mut placed = Vec::new();
         // Towards the receiver is the side from which the corners run counter-clockwise.
