@@ -14,7 +14,7 @@ use Test::{Lib, Transport};
 const TEXTURES: Test = Transport("identity::of_every_path_over_textures");
 const ZOO: Test = Transport("identity::of_every_path_among_all_materials_and_lights");
 const VEILS: Test = Transport("identity::of_every_path_through_and_between_veils");
-const SPHERE: Test = Transport("furnace::every_path_length_has_its_power_of_the_albedo_in_a_sphere");
+const SPHERE: Test = Transport("closed_forms::furnaces::every_path_length_has_its_power_of_the_albedo_in_a_sphere");
 const REFRACTION: Test = Lib("path::tests::a_refraction_keeps_its_jacobian_in_both_densities");
 const COUNTS: Test = Lib("path::strategy::tests::counts_follow_the_sensor_and_the_table_ends_at_max_depth");
 const LENS: Test = Lib("scene::camera::tests::importance_over_density_counts_the_camera_subpaths_of_a_pass");
