@@ -173,9 +173,9 @@ impl<'a> Evidence<'a> {
             let others = self.found.iter().enumerate().filter(|(j, other)| *j != i && other.watched > 0);
             for (_, other) in others {
                 let rare = other.sizes.rare(*class, i, passes, other.watched as f64, self.setting.unit);
-                for c in 0..3 {
-                    let colour = if luminance > 0.0 { estimate.mean()[c] / luminance } else { 1.0 };
-                    largest[c] = largest[c].max(rare.image * (per_image * colour).powi(2));
+                for (l, mean) in largest[..3].iter_mut().zip(estimate.mean()) {
+                    let colour = if luminance > 0.0 { mean / luminance } else { 1.0 };
+                    *l = l.max(rare.image * (per_image * colour).powi(2));
                 }
                 largest[3..].iter_mut().zip(rare.tiles).for_each(|(l, r)| *l = l.max(r * per_tile * per_tile));
             }
