@@ -22,14 +22,15 @@ use crate::scenes;
 /// angle that an edge subtends and Γ_i the unit normal of the plane through it and p (Lambert 1760; Arvo 1995). Positive for a
 /// polygon that runs clockwise as seen from p.
 fn lambert(p: DVec3, n: DVec3, polygon: &[DVec3]) -> f64 {
-    let polygon = above_horizon(polygon.iter().map(|c| c - p).collect(), n);
+    let around: Vec<_> = polygon.iter().map(|c| c - p).collect();
+    let polygon = above_horizon(&around, n);
     let edges = polygon.iter().zip(polygon.iter().cycle().skip(1));
     let edge = |(a, b): (&DVec3, &DVec3)| a.angle_between(*b) * a.cross(*b).normalize_or_zero().dot(n);
     -0.5 * edges.map(edge).sum::<f64>()
 }
 
 /// The part of a polygon around the origin with x·n > 0 (Sutherland & Hodgman 1974).
-fn above_horizon(polygon: Vec<DVec3>, n: DVec3) -> Vec<DVec3> {
+fn above_horizon(polygon: &[DVec3], n: DVec3) -> Vec<DVec3> {
     let mut kept = Vec::new();
     for (a, b) in polygon.iter().zip(polygon.iter().cycle().skip(1)) {
         let (x, y) = (a.dot(n), b.dot(n));
