@@ -219,9 +219,9 @@ fn an_environment_without_a_scene_is_seen() {
     }
     // With a map: what path tracing sees is what the map holds there, and the others agree.
     let view = || scene(sky(0.3), Vec3::new(0.2, 0.3, -1.0));
-    let path = estimate(&view(), IntegratorKind::Path, 128, 12, 1..=2);
+    let path = estimate(&view(), IntegratorKind::Path, 192, 12, 1..=2);
     for kind in [IntegratorKind::Light, IntegratorKind::Hybrid, IntegratorKind::Bdpt] {
-        let comparison = Comparison::new(&path, &estimate(&view(), kind, 128, 12, 1..=2));
+        let comparison = Comparison::new(&path, &estimate(&view(), kind, 192, 12, 1..=2));
         println!("sky, {kind}: {comparison}");
         assert!(!comparison.differs() && comparison.visible_bias < 0.02, "{kind}: {comparison}");
     }
