@@ -1,8 +1,8 @@
-//! Every kind of light, alone against closed forms and all at once between integrators.
+//! Every kind of light at once between integrators, and skies alone.
 
 use std::{f32::consts::FRAC_PI_2, sync::Arc};
 
-use glam::{DVec3, Mat3, Vec3};
+use glam::{Mat3, Vec3};
 use pathspace::{
     integrator::IntegratorKind,
     math::Rgb,
@@ -41,7 +41,7 @@ pub fn sky(rotation: f32) -> Light {
 }
 
 /// A terrace under a lamp of finite size, a point, a spot, a sun and a sky, all turned by `turn` radians about +y.
-fn terrace(turn: f32, sensor: Sensor) -> Scene {
+pub fn terrace(turn: f32, sensor: Sensor) -> Scene {
     let turned = Mat3::from_rotation_y(turn);
     let v = |x: f32, y: f32, z: f32| turned * Vec3::new(x, y, z);
     let varnished = Bsdf::MetallicRoughness(MetallicRoughness::new(Rgb::new(0.6, 0.3, 0.2), 0.0, 0.36));
@@ -98,11 +98,6 @@ fn estimate(
     Estimate::new(&(0..seeds).map(|r| replicate(500 + r)).collect::<Vec<_>>())
 }
 
-/// Of light tracing's paths most miss the image, and none costs much.
-fn samples(integrator: IntegratorKind, spp: u32) -> u32 {
-    if integrator == IntegratorKind::Light { 4 * spp } else { spp }
-}
-
 #[test]
 fn turning_the_scene_and_its_sky_together_changes_nothing() {
     let sensor = scenes::square(24, Filter::Box);
@@ -111,96 +106,6 @@ fn turning_the_scene_and_its_sky_together_changes_nothing() {
     let comparison = Comparison::new(&straight, &turned);
     println!("turned: {comparison}");
     assert!(!comparison.differs() && comparison.visible_bias < 0.02, "{comparison}");
-}
-
-/// Half the side of the square of floor that the image of [`floor`] covers.
-const HALF: f64 = 1.0;
-
-/// A white floor around the origin, seen from straight above: the image covers |x|, |z| < [`HALF`].
-fn floor(albedo: f32, light: Light) -> Scene {
-    let mut g = Geometry::default();
-    let v = Vec3::new;
-    scenes::quad(&mut g, [v(-1.5, 0., -1.5), v(-1.5, 0., 1.5), v(1.5, 0., 1.5), v(1.5, 0., -1.5)], 0);
-    let view = 2.0 * (HALF as f32 / 5.0).atan();
-    let camera = Camera::look_at(v(0., 5., 0.), Vec3::ZERO, Vec3::Z, view, scenes::square(8, Filter::Box));
-    Scene::new(g, vec![Material::diffuse("floor", Rgb::splat(albedo))], &[light], camera)
-}
-
-/// L = a E/π on the floor, with the mean of its irradiance E(x, z) over the image, for paths of two edges and every integrator.
-#[track_caller]
-fn assert_irradiance(what: &str, light: Light, irradiance: impl Fn(f64, f64) -> f64) {
-    const SIDE: i32 = 200;
-    let place = |i: i32| HALF * (2.0 * f64::from(i) + 1.0 - f64::from(SIDE)) / f64::from(SIDE);
-    let places = (0..SIDE).flat_map(|i| (0..SIDE).map(move |j| (place(i), place(j))));
-    let mean = places.map(|(x, z)| irradiance(x, z)).sum::<f64>() / f64::from(SIDE * SIDE);
-    let albedo = 0.8;
-    let scene = floor(albedo, light);
-    let expected = f64::from(albedo) * mean / std::f64::consts::PI;
-    for kind in KINDS {
-        let found = estimate(&scene, kind, samples(kind, 256), 8, 2..=2);
-        let off = found.image_mean() / expected - 1.0;
-        println!("{what}, {kind}: off by {:.3} %", 100.0 * off);
-        assert!(off.abs() < 0.015, "{what}, {kind}: {} instead of {expected}", found.image_mean());
-    }
-}
-
-#[test]
-fn a_spot_lights_a_plane_as_its_falloff_says() {
-    let (inner, outer) = (0.2_f32, 0.8_f32);
-    let (at, axis) = (Vec3::new(-0.4, 2.0, 0.0), Vec3::new(0.28, -0.96, 0.0));
-    let spot = Spot::new(at, axis, Rgb::splat(6.0), inner, outer);
-    let (ci, co) = (f64::from(inner).cos(), f64::from(outer).cos());
-    // E = I a² cos θ/d².
-    assert_irradiance("spot", Light::Spot(spot), |x, z| {
-        let to = DVec3::new(x, 0.0, z) - at.as_dvec3();
-        let d = to.length();
-        let a = ((to.dot(axis.as_dvec3()) / d - co) / (ci - co)).clamp(0.0, 1.0);
-        6.0 * a * a * 2.0 / d.powi(3)
-    });
-}
-
-#[test]
-fn a_sun_lights_a_plane_by_its_cosine() {
-    let sun = Light::Directional { towards: Vec3::new(0.48, 0.6, 0.64), irradiance: Rgb::splat(3.0) };
-    assert_irradiance("sun", sun, |_, _| 3.0 * 0.6);
-}
-
-#[test]
-fn skies_light_a_plane_by_their_integral() {
-    let sky = Rgb::splat(1.5);
-    let constant = std::f64::consts::PI * 1.5;
-    assert_irradiance("constant environment", Light::Environment { radiance: sky }, |_, _| constant);
-    let map = |texels| Light::EnvironmentMap(Arc::new(EnvironmentMap::new(8, texels, 0.4).unwrap()));
-    assert_irradiance("constant map", map(vec![sky; 32]), |_, _| constant);
-    // L = cos θ above the horizon is linear between the rows of centres, so that E = ∫cos² θ dω = 2π/3.
-    let height = 64;
-    let row = |y: usize| (std::f64::consts::PI * (y as f64 + 0.5) / height as f64).cos().max(0.0);
-    let texels = (0..8 * height).map(|i| Rgb::splat(row(i / 8) as f32)).collect();
-    assert_irradiance("cosine map", map(texels), |_, _| 2.0 * std::f64::consts::PI / 3.0);
-}
-
-/// A grey sphere in a constant environment reflects its albedo's part of it, and nothing else.
-#[test]
-fn a_convex_body_in_a_constant_sky_is_a_furnace() {
-    let radiance = Rgb::splat(1.5);
-    let map = EnvironmentMap::new(4, vec![radiance; 8], 0.0).unwrap();
-    for (name, light) in
-        [("environment", Light::Environment { radiance }), ("map", Light::EnvironmentMap(Arc::new(map)))]
-    {
-        let mut g = Geometry::default();
-        g.add_sphere(Vec3::ZERO, 1.0, MaterialId(0));
-        let sensor = scenes::square(16, Filter::Box);
-        let camera = Camera::look_at(Vec3::new(0.0, 0.0, 1.5), Vec3::ZERO, Vec3::Y, 1.0, sensor);
-        let scene = Scene::new(g, vec![Material::diffuse("grey", Rgb::splat(0.6))], &[light], camera);
-        for kind in KINDS {
-            let found = estimate(&scene, kind, samples(kind, 64), 12, 1..=5);
-            let (off, p) = (found.image_mean() / 0.9 - 1.0, found.p_of_mean(0.9));
-            println!("{name}, {kind}: off by {:.3} %, p = {p:.1e}", 100.0 * off);
-            // Few light paths reach the part of the sphere that is seen.
-            let limit = if kind == IntegratorKind::Light { 0.04 } else { 0.005 };
-            assert!(off.abs() < limit && p > 1e-4, "{name}, {kind}: {}", found.image_mean());
-        }
-    }
 }
 
 /// Design trap 8: an environment with nothing in it is seen, at every pixel, by every integrator.

@@ -1,6 +1,7 @@
 //! One table of BSDFs, run through every oracle. A new BSDF adds its lines to [`table`].
 
 mod density;
+mod ledger;
 
 use glam::Vec3;
 use proptest::{prelude::*, test_runner::RngSeed};
