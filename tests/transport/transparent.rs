@@ -106,7 +106,10 @@ fn the_other_integrators_leave_the_same_background_out() {
             let sky = alpha.map(|alpha| alpha.into_iter().map(|a| (1.0 - a) * SKY).collect::<Vec<_>>());
             let pixels =
                 image.pixels.iter().enumerate().map(|(i, p)| *p + sky.as_ref().map_or(Rgb::ZERO, |sky| sky[i]));
-            regions(&Image { pixels: pixels.collect(), ..image })
+            let mut regions = regions(&Image { pixels: pixels.collect(), ..image });
+            // The lowest tiles show the sky through slivers, which light tracing meets less than once in a replicate: no t-test.
+            regions.truncate(3 + 12);
+            regions
         });
         Estimate::new(&replicates.collect::<Vec<_>>())
     };
