@@ -197,7 +197,7 @@ impl Block {
         simd.sub(simd.load(&self.corners[axis as usize][k]), simd.splat(ray.origin[axis as usize]))
     }
 
-    /// [`Triangle::intersect`] for all lanes, with the same roundings: calls `found` with the index, t and the barycentric coordinates
+    /// `Triangle::intersect` for all lanes, with the same roundings: calls `found` with the index, t and the barycentric coordinates
     /// of each triangle that the ray meets, and returns the limit that is left.
     #[inline(always)]
     fn intersect<S: Simd>(
