@@ -173,11 +173,22 @@ pub fn where_all_cover_within(
     kinds: &[IntegratorKind],
     lengths: RangeInclusive<u32>,
 ) {
+    where_all_cover_and(visible, name, scene, kinds, &|path| lengths.contains(&path.edges()));
+}
+
+/// The same on the paths that `compared` picks from those that all cover.
+pub fn where_all_cover_and(
+    visible: f64,
+    name: &str,
+    scene: &Scene,
+    kinds: &[IntegratorKind],
+    compared: &(dyn Fn(&JoinedPath) -> bool + Sync),
+) {
     let start = Instant::now();
     let sensor = scene.camera.sensor();
     let roulette = Settings::new(sensor).roulette;
     let tables: Vec<_> = kinds.iter().map(|kind| Integrator::new(*kind, sensor, DEPTH, roulette)).collect();
-    let keep = |path: &JoinedPath| lengths.contains(&path.edges()) && tables.iter().all(|table| table.covers(path));
+    let keep = |path: &JoinedPath| compared(path) && tables.iter().all(|table| table.covers(path));
     let settings: Vec<_> = kinds.iter().map(|kind| settings(scene, *kind, 0)).collect();
     let runs: Vec<_> = (kinds.iter().zip(&settings))
         .map(|(kind, settings)| Run::new(scene, settings, kind.name(), &keep).converge(EVENLY * visible / VISIBLE))
