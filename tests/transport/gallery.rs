@@ -82,9 +82,10 @@ fn veachs_plates() {
     where_all_cover_within(0.02, "the wall behind", &wall, &[PathTracing, LightTracing, Hybrid, Bdpt], 2..=DEPTH);
 }
 
-/// The lecture's own estimators, and the one that draws every vertex by itself, in every scene that they cover. They are noisier, and a
-/// bias of 4 % is what each comparison sees; 8 % where they meet the plates' lamps by chance alone, in direct light. Of these the smaller
-/// ones, of the same power on a two-hundredth of the area, and their mirror images are too rare for `area`: it is compared on what the largest lights on the gray walls.
+/// The lecture's own estimators, and the one that draws every vertex by itself, in every scene that they cover. They are noisier, and
+/// a bias of 4 % is what each comparison sees; 8 % where they meet the plates' lamps by chance alone, in direct light. The smaller
+/// lamps there, of one power on down to a two-hundredth of the area, and all mirror images in the metal are too rare for `area`: it
+/// is compared on what the largest lamp lights on the gray walls.
 #[test]
 fn by_the_lectures_estimators() {
     use IntegratorKind::{Area, PathHemisphere, PathLight};

@@ -2,6 +2,7 @@
 
 mod density;
 mod ledger;
+mod walter;
 
 use glam::Vec3;
 use proptest::{prelude::*, test_runner::RngSeed};

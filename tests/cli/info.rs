@@ -1,0 +1,60 @@
+//! `pathspace info`, for people and for programs.
+
+use crate::{Run, code, scene, stderr, stdout};
+
+#[test]
+fn info_answers_programs_in_json() {
+    let run = Run::new();
+    let output = run.pathspace(&["info", scene().to_str().unwrap(), "--json"]);
+    assert_eq!(code(&output), 0, "{}", stderr(&output));
+    let info: serde_json::Value = serde_json::from_str(&stdout(&output)).unwrap();
+    let is =
+        |pointer: &str, expected: serde_json::Value| assert_eq!(info.pointer(pointer), Some(&expected), "{pointer}");
+    is("/layout", 1.into());
+    is("/scene", 0.into());
+    is("/binary", true.into());
+    is("/lights/emissive_triangles", 2.into());
+    is("/lights/suns", 0.into());
+    is("/materials/0/alpha/mode", "opaque".into());
+    is("/materials/0/textures", serde_json::json!({}));
+    is("/punctual_lights", serde_json::json!([]));
+    is("/cameras/0/type", "perspective".into());
+    is("/cameras/0/position", vec![2.78, 2.73, -8.0].into());
+    is("/cameras/0/lens", serde_json::Value::Null);
+    is("/warnings", serde_json::Value::Array(vec![]));
+    for member in ["hash", "generator", "scenes", "file", "geometry", "materials", "extensions"] {
+        assert!(!info[member].is_null() || member == "generator", "{member}: {info}");
+    }
+    assert_eq!(info["geometry"]["bounds"]["min"].as_array().unwrap().len(), 3);
+    assert_eq!(stdout(&run.pathspace(&["info", scene().to_str().unwrap(), "--json"])), stdout(&output));
+}
+
+#[test]
+fn info_names_every_light_and_texture() {
+    let run = Run::new();
+    let info = |scene: &str| -> serde_json::Value {
+        let path = format!("{}/scenes/{scene}.glb", env!("CARGO_MANIFEST_DIR"));
+        serde_json::from_str(&stdout(&run.pathspace(&["info", &path, "--json"]))).unwrap()
+    };
+    let lights = info("glass-and-metal")["punctual_lights"].as_array().unwrap().clone();
+    let types: Vec<_> = lights.iter().map(|light| light["type"].as_str().unwrap()).collect();
+    assert_eq!(types, ["point", "spot"]);
+    assert!(lights[1]["outerConeAngle"].as_f64().unwrap() > lights[1]["innerConeAngle"].as_f64().unwrap());
+    let room = info("textured-room");
+    let textures = |slot: &str| {
+        room["materials"].as_array().unwrap().iter().filter(|m| m["textures"][slot]["width"].is_u64()).count()
+    };
+    assert!(textures("base_color") > 0 && textures("normal") > 0 && textures("emission") == 1, "{room}");
+}
+
+#[test]
+fn info_describes_a_scene() {
+    let run = Run::new();
+    let output = run.pathspace(&["info", scene().to_str().unwrap()]);
+    assert_eq!(code(&output), 0, "{}", stderr(&output));
+    let text = stdout(&output);
+    for part in ["hash", "triangles", "materials", "lights", "camera"] {
+        assert!(text.contains(part), "{part}: {text}");
+    }
+    assert!(run.files().is_empty());
+}

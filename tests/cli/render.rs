@@ -1,0 +1,145 @@
+//! `pathspace render`: which options change the file, and which must not.
+
+use std::fs;
+
+use crate::{Run, code, pixels, refused, stderr, stdout, triangle};
+
+#[test]
+fn outputs_have_default_names_that_the_last_line_says() {
+    let run = Run::new();
+    let output = run.render(&["--spp", "2", "-i", "path"]);
+    assert_eq!(code(&output), 0, "{}", stderr(&output));
+    assert_eq!(run.files(), ["cornell-box-path.exr", "cornell-box-path.png"]);
+    assert!(output.stdout.is_empty());
+    let text = stderr(&output);
+    let mut lines = text.lines().rev();
+    assert_eq!(lines.next().unwrap(), "wrote cornell-box-path.exr and cornell-box-path.png");
+    let summary = lines.next().unwrap();
+    assert!(summary.starts_with("2 spp in ") && summary.contains("noise ") && summary.contains("relMSE"), "{summary}");
+}
+
+#[test]
+fn quiet_is_quiet_and_verbose_says_more() {
+    let run = Run::new();
+    let output = run.render(&["--spp", "1", "-q", "-o", "a.png"]);
+    assert_eq!((code(&output), stderr(&output).as_str()), (0, ""));
+    let verbose = stderr(&run.render(&["--spp", "1", "-v", "-o", "a.png"]));
+    assert!(verbose.contains("materials") && verbose.contains("exposure"), "{verbose}");
+    assert!(verbose.contains("noise unknown (one sample per pixel)"), "{verbose}");
+}
+
+#[test]
+fn every_thread_count_writes_the_same_bytes() {
+    let run = Run::new();
+    for integrator in ["path", "light", "hybrid", "bdpt"] {
+        let with = |threads| run.image("a.exr", &["--spp", "4", "-i", integrator, "--threads", threads]);
+        let one = with("1");
+        assert_eq!(one, with("2"), "{integrator}");
+        assert_eq!(one, with("5"), "{integrator}");
+    }
+}
+
+#[test]
+fn what_changes_pixels_changes_the_file() {
+    let run = Run::new();
+    let usual = run.image("a.exr", &["--spp", "2"]);
+    for options in [
+        &["--spp", "3"][..],
+        &["--spp", "2", "--seed", "1"],
+        &["--spp", "2", "--filter", "blackman-harris"],
+        &["--spp", "2", "--clamp", "0.01"],
+        &["--spp", "2", "--crop", "0,0,8,8"],
+        &["--spp", "2", "-i", "light"],
+        &["--spp", "2", "--env-color", "1"],
+    ] {
+        assert_ne!(usual, run.image("b.exr", options), "{options:?}");
+    }
+}
+
+#[test]
+fn a_crop_is_the_slice_of_the_full_image() {
+    let run = Run::new();
+    for integrator in ["path", "light", "bdpt"] {
+        for filter in ["box", "blackman-harris"] {
+            let common = ["--spp", "2", "-i", integrator, "--filter", filter];
+            let full = pixels(&run.image("full.exr", &common));
+            let part = pixels(&run.image("part.exr", &[&common[..], &["--crop", "3,2,11,12"]].concat()));
+            assert_eq!((part.width, part.height), (8, 10));
+            for (x, y) in (0..8).flat_map(|x| (0..10).map(move |y| (x, y))) {
+                assert_eq!(part.get(x, y), full.get(x + 3, y + 2), "{integrator} {filter} ({x}, {y})");
+            }
+        }
+    }
+}
+
+#[test]
+fn files_hold_no_paths_and_existing_ones_are_replaced() {
+    let run = Run::new();
+    fs::write(run.path("a.exr"), "old").unwrap();
+    let bytes = run.image("a.exr", &["--spp", "2"]);
+    assert_eq!(run.files(), ["a.exr"], "nothing is left beside it");
+    let text = String::from_utf8_lossy(&bytes).into_owned();
+    assert!(text.contains("pathspace.integrator") && text.contains("bdpt"));
+    for private in [run.folder.path().to_str().unwrap(), env!("CARGO_MANIFEST_DIR"), "cornell-box.glb"] {
+        assert!(!text.contains(private), "{private}");
+    }
+}
+
+#[test]
+fn options_that_change_nothing_are_said_to() {
+    let run = Run::new();
+    let said = |options: &[&str]| {
+        let output = run.render(&[&["--spp", "1", "-o", "a.png"], options].concat());
+        assert_eq!(code(&output), 0, "{}", stderr(&output));
+        stderr(&output)
+    };
+    assert!(said(&["--env-scale", "2"]).contains("--env-scale has no effect"));
+    assert!(!said(&["--env-scale", "2", "--env-color", "1"]).contains("no effect"));
+    assert!(said(&["-i", "area", "--max-depth", "5"]).contains("paths of 4 edges"));
+    assert!(!said(&["-i", "area", "--max-depth", "4"]).contains("paths of 4 edges"));
+}
+
+#[test]
+fn a_time_ends_a_render() {
+    let run = Run::new();
+    let output = run.render(&["--time", "200ms", "-o", "a.png"]);
+    assert_eq!(code(&output), 0, "{}", stderr(&output));
+    assert!(stderr(&output).contains(" spp in "));
+}
+
+#[test]
+fn a_scene_of_several_is_chosen() {
+    let run = Run::new();
+    let two = triangle("0.0").replace(
+        r#""scene": 0, "scenes": [{ "nodes": [0] }]"#,
+        r#""scene": 0, "scenes": [{ "nodes": [0] }, { "name": "void", "nodes": [] }]"#,
+    );
+    fs::write(run.path("two.gltf"), two).unwrap();
+    let described = |scene: &str| stdout(&run.pathspace(&["info", "two.gltf", "--scene", scene]));
+    assert!(described("0").contains("1 triangles") && described("void").contains("0 triangles"));
+    refused(&run.pathspace(&["info", "two.gltf", "--scene", "day"]), 2, "the file has 0, 1 “void”");
+    refused(&run.pathspace(&["render", "two.gltf", "--scene", "2"]), 2, "the file has 0, 1 “void”");
+    let render = ["render", "two.gltf", "-q", "--width", "8", "--height", "8", "--spp", "1", "-o", "a.exr"];
+    assert_eq!(code(&run.pathspace(&[&render[..], &["--scene", "void"]].concat())), 0);
+    assert!(String::from_utf8_lossy(&fs::read(run.path("a.exr")).unwrap()).contains("pathspace.scene-index"));
+}
+
+#[test]
+fn a_transparent_background_is_an_alpha_channel() {
+    let run = Run::new();
+    // A triangle before nothing, in the middle of the image.
+    fs::write(run.path("t.gltf"), triangle("0.0")).unwrap();
+    let out = ["-o", "a.png", "-o", "a.exr"];
+    let size = ["--width", "16", "--height", "16", "--spp", "4", "-q"];
+    for integrator in ["path", "light"] {
+        let options = [&["render", "t.gltf", "--transparent", "-i", integrator][..], &size, &out].concat();
+        let output = run.pathspace(&options);
+        assert_eq!(code(&output), 0, "{}", stderr(&output));
+        let png = image::open(run.path("a.png")).unwrap();
+        assert!(png.color().has_alpha());
+        let png = png.into_rgba8();
+        assert_eq!((png.get_pixel(0, 0).0[3], png.get_pixel(7, 8).0[3]), (0, 255), "{integrator}");
+        let exr = fs::read(run.path("a.exr")).unwrap();
+        assert!(String::from_utf8_lossy(&exr).contains("pathspace.background"));
+    }
+}
