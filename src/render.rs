@@ -62,13 +62,15 @@ pub struct Settings {
 }
 
 impl Settings {
-    /// The defaults of the command line for an image of `sensor`'s size: bdpt, 16 edges, roulette from depth 4, box filter.
+    /// The defaults of the command line for an image of `sensor`'s size: bdpt, 16 edges, box filter; but with roulette from
+    /// depth 4, and independent numbers, of which every pass is a replicate. [`IntegratorKind::sampler`] and
+    /// [`IntegratorKind::roulette`] give less noise.
     pub fn new(sensor: Sensor) -> Self {
         Self {
             integrator: IntegratorKind::Bdpt,
             hemisphere: Directions::Bsdf,
             max_depth: 16,
-            roulette: Roulette::FromDepth(4),
+            roulette: Roulette::default(),
             only: None,
             sampler: SamplerKind::default(),
             seed: 0,

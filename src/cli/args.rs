@@ -55,9 +55,10 @@ pub(super) struct RenderArgs {
     #[command(flatten)]
     pub(super) paths: PathArgs,
 
-    /// Random numbers: independent of each other, or evenly distributed over a pixel's samples (sobol)
-    #[arg(long, value_name = "NAME", default_value = SamplerKind::default().name(), value_parser = values::sampler())]
-    pub(super) sampler: SamplerKind,
+    /// Random numbers: independent of each other, or evenly distributed over a pixel's samples (sobol) [default: sobol; independent
+    /// with -i light]
+    #[arg(long, value_name = "NAME", value_parser = values::sampler())]
+    pub(super) sampler: Option<SamplerKind>,
 
     /// Reconstruction filter
     #[arg(long, value_name = "NAME", default_value = "box", value_parser = values::filter())]
@@ -172,9 +173,9 @@ pub(super) struct PathArgs {
     #[arg(long, value_name = "N", default_value_t = 16, value_parser = clap::value_parser!(u32).range(1..=255))]
     pub(super) max_depth: u32,
 
-    /// Russian roulette from this number of edges on, or 'off'
-    #[arg(long, value_name = "off|DEPTH", default_value = "4", value_parser = values::roulette)]
-    pub(super) roulette: Roulette,
+    /// Russian roulette from this number of edges on, or 'off' [default: 2 where light paths are walked, else 4; verify: 4]
+    #[arg(long, value_name = "off|DEPTH", value_parser = values::roulette)]
+    pub(super) roulette: Option<Roulette>,
 
     /// Seed of all random numbers
     #[arg(long, value_name = "S", default_value_t = 0)]

@@ -140,7 +140,7 @@ fn plan(args: &VerifyArgs) -> Result<Plan, Failure> {
     Ok(Plan {
         integrators: kinds.clone(),
         max_depth: args.paths.max_depth,
-        roulette: args.paths.roulette,
+        roulette: args.paths.roulette.unwrap_or_default(),
         seed: args.paths.seed,
         budget,
         bar: args.bias,

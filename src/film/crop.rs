@@ -26,6 +26,14 @@ impl Crop {
         self.x0 < self.x1 && self.y0 < self.y1 && self.x1 <= sensor.width && self.y1 <= sensor.height
     }
 
+    /// The number of a pixel of the full image among those of the crop, row by row; `None` outside it.
+    #[inline]
+    pub fn index(&self, x: i64, y: i64) -> Option<usize> {
+        let inside = (i64::from(self.x0)..i64::from(self.x1)).contains(&x)
+            && (i64::from(self.y0)..i64::from(self.y1)).contains(&y);
+        inside.then(|| (y - i64::from(self.y0)) as usize * self.width() as usize + (x - i64::from(self.x0)) as usize)
+    }
+
     /// Columns.
     pub fn width(&self) -> u32 {
         self.x1 - self.x0

@@ -123,6 +123,17 @@ impl Film {
             self.count(fault, 1);
             return;
         }
+        if self.filter == Filter::Box {
+            // h is 1 on the sample's own pixel: the general way below, without its loops.
+            let (x, y) = (raster.0.x.floor() as i64, raster.0.y.floor() as i64);
+            if let Some(pixel) = self.crop.index(x, y) {
+                let overflows = self.halves[half as usize].add(pixel, quanta.to_array());
+                if overflows > 0 {
+                    self.count(Fault::Overflow, overflows);
+                }
+            }
+            return;
+        }
         // The support reaches as many pixels to either side as the padding has; what lies outside the crop belongs to
         // another part of the image.
         let place = raster.0;

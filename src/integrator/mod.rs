@@ -13,7 +13,7 @@ use std::{fmt, str::FromStr};
 use crate::{
     math::Rgb,
     path::{Densities, Heuristic, JoinedPath, LightVertices, Roulette, Step, Strategy, Subpath, Technique, Techniques},
-    sampling::{Block, Sampler},
+    sampling::{Block, Sampler, SamplerKind},
     scene::{
         Scene,
         bsdf::Directions,
@@ -77,6 +77,20 @@ impl IntegratorKind {
             Self::Area => area::MAX_EDGES,
             _ => u32::MAX,
         }
+    }
+
+    /// The random numbers that give it the least noise in the same time. Where paths land anywhere on the image, nothing fills a pixel evenly.
+    pub fn sampler(self) -> SamplerKind {
+        match self {
+            Self::Light | Self::Area => SamplerKind::Independent,
+            _ => SamplerKind::Sobol,
+        }
+    }
+
+    /// The roulette that gives it the least noise in the same time: early where a vertex costs many connections and its share of the
+    /// image has other strategies, later where the walk is all there is.
+    pub fn roulette(self) -> Roulette {
+        if self.traces_from_lights() { Roulette::FromDepth(2) } else { Roulette::default() }
     }
 
     /// Whether a pass finds paths that may land anywhere on the image.
@@ -333,7 +347,7 @@ impl Integrator {
     }
 
     /// Weighs and deposits a path, if it contributes anything and nothing blocks it.
-    #[inline]
+    #[inline(always)]
     fn consider(&self, path: Option<JoinedPath<'_>>, sink: &mut impl Sink) {
         let Some(path) = path.filter(|path| path.contribution() != Rgb::ZERO) else { return };
         if path.strategy().s > 0 {

@@ -6,14 +6,14 @@ use glam::Vec3;
 
 use super::{
     Densities, Edge, Heuristic, Path, Step, Strategy, Subpath, Technique, Techniques, Vertex, mis_weight,
-    subpath::transmittance,
+    subpath::transmittance, vertex::scatter,
 };
 use crate::{
     math::{Frame, Rgb},
     sampling::{PdfArea, PdfSolidAngle},
     scene::{
         Scene,
-        bsdf::{ScatterEvent, Transport},
+        bsdf::{Lobe, ScatterEvent, Transport},
         camera::Raster,
         point::Place,
     },
@@ -86,7 +86,7 @@ impl<'a> JoinedPath<'a> {
     /// s ≥ 1, t ≥ 1: connects the last vertices of two prefixes. `light` is a prefix of a light subpath, whose
     /// [`Subpath::next_event_ratio`] is passed along, or a single next-event vertex with the ratio of its two densities.
     /// `raster` is the camera subpath's; t = 1 finds its own. `None` where nothing passes, before any ray is traced.
-    #[inline]
+    #[inline(always)]
     pub fn connect(
         scene: &'a Scene,
         camera: &'a [Step],
@@ -100,8 +100,12 @@ impl<'a> JoinedPath<'a> {
             return None; // (1,1) does not show points and suns, which have no extent on the image
         }
         let edge = Edge::between(&z.vertex.point, &y.vertex.point);
-        let raster = if camera.len() == 1 { scene.camera.raster(&z.vertex.point, edge.direction)? } else { raster };
-        let camera_face = camera_face(scene, camera, edge.direction);
+        let (camera_face, raster) = if camera.len() == 1 {
+            let seen = scene.camera.look(&z.vertex.point, edge.direction)?;
+            (Face { value: Rgb::splat(seen.we), across: seen.pdf, back: PdfArea::ZERO }, seen.raster)
+        } else {
+            (camera_face(z, edge.direction), raster)
+        };
         if camera_face.value == Rgb::ZERO {
             return None;
         }
@@ -150,7 +154,7 @@ impl<'a> JoinedPath<'a> {
     }
 
     /// w of the technique that found the path. Area sampling shares with nobody.
-    #[inline]
+    #[inline(always)]
     pub fn mis_weight(&self, techniques: &Techniques, heuristic: Heuristic) -> f32 {
         match self.technique {
             Technique::Bidirectional(strategy) => {
@@ -165,7 +169,7 @@ impl<'a> JoinedPath<'a> {
     /// and for s = 0 there is no connection: the path itself.
     ///
     /// V is in the densities with which the other strategies walk along this edge, so this comes before any weight.
-    #[inline]
+    #[inline(always)]
     pub fn seen(self) -> Option<Self> {
         let (Some(z), Some(y)) = (self.camera.last(), self.light.last()) else { return Some(self) };
         let visibility = self.scene.visible(&z.vertex.point, &y.vertex.point);
@@ -325,14 +329,8 @@ impl JoinedPath<'_> {
 }
 
 #[inline]
-fn camera_face(scene: &Scene, camera: &[Step], to_light: Vec3) -> Face {
-    let z = &camera[camera.len() - 1];
-    if camera.len() == 1 {
-        let p = &z.vertex.point;
-        let value = Rgb::splat(scene.camera.we(p, to_light));
-        return Face { value, across: scene.camera.pdf(p, to_light), back: PdfArea::ZERO };
-    }
-    let scatter = Vertex::new(z.vertex.point).scatter(z.back.direction, to_light);
+fn camera_face(z: &Step, to_light: Vec3) -> Face {
+    let scatter = scatter(&z.vertex.point, Lobe::Continuous, z.back.direction, to_light);
     Face { value: scatter.f, across: scatter.to_light, back: scatter.to_camera.to_area(&z.back) }
 }
 
@@ -347,22 +345,22 @@ fn light_face(scene: &Scene, light: &[Step], to_camera: Vec3) -> Face {
             back: PdfArea::ZERO,
         };
     }
-    let v = Vertex::new(y.vertex.point);
-    let scatter = v.scatter(to_camera, y.back.direction);
-    let value = mistake!(scatter.f, NoShadingFactor => v.without_adjoint(scatter.f, to_camera, y.back.direction));
+    let scatter = scatter(&y.vertex.point, Lobe::Continuous, to_camera, y.back.direction);
+    let value =
+        mistake!(scatter.f, NoShadingFactor => y.vertex.without_adjoint(scatter.f, to_camera, y.back.direction));
     Face { value, across: scatter.to_camera, back: scatter.to_light.to_area(&y.back) }
 }
 
 impl<'a> JoinedPath<'a> {
     /// s = 1, t ≥ 2: connects a camera prefix to a next-event vertex with its next-event density.
-    #[inline]
+    #[inline(always)]
     pub fn next_event(scene: &'a Scene, camera: &'a [Step], light: &'a Step, raster: Raster) -> Option<Self> {
         let emission = scene.lights().pdf_position(&light.vertex.point);
         Self::connect(scene, camera, std::slice::from_ref(light), light.pdf_fwd.0 / emission.0, raster)
     }
 
     /// s ≥ 2, or t = 1: connects a camera prefix and the first `s` vertices of a light subpath.
-    #[inline]
+    #[inline(always)]
     pub fn inner(scene: &'a Scene, camera: &'a [Step], light: &'a Subpath, s: usize, raster: Raster) -> Option<Self> {
         let prefix = &light.steps()[..s];
         // With s = 1 the path's p_{n−1} is not the light subpath's; (1,1) has no next-event rival to weigh.

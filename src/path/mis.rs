@@ -38,6 +38,7 @@ pub trait Densities {
 
 /// n_{s,t} of a strategy as far as it could have found this path, zero where it could not;
 /// for s = 1 it carries the ratio of next-event to emission density, so that ratios of products may use l_n throughout.
+#[inline(always)]
 fn effective_count(path: &impl Densities, strategy: Strategy, techniques: &Techniques) -> f32 {
     let count = techniques.count(strategy);
     if count == 0.0 {
@@ -62,6 +63,7 @@ fn effective_count(path: &impl Densities, strategy: Strategy, techniques: &Techn
 /// `strategy` must have found the path: its count and all its densities are positive. The ratios n p_{s',t'} / n p_{s,t}
 /// are built step by step outwards from the connection, never as products of densities, which would leave f32's range.
 /// Returns a number in [0, 1]; the weights of all supported strategies sum to 1.
+#[inline(always)]
 pub fn mis_weight(path: &impl Densities, strategy: Strategy, techniques: &Techniques, heuristic: Heuristic) -> f32 {
     let n = path.edges();
     debug_assert_eq!(n, strategy.edges());
@@ -71,13 +73,14 @@ pub fn mis_weight(path: &impl Densities, strategy: Strategy, techniques: &Techni
     let share = |ratio: f32, count: f32| mistake!(ratio * count / own, NoCountsInWeights => ratio);
     let term = |ratio: f32, count: f32| if count == 0.0 { 0.0 } else { share(ratio, count) };
 
+    let range = techniques.range(n);
     // Towards the light: p_i moves from the light's part to the camera's, s falls.
-    let lower_s = (strategy.t..=n).scan(1.0_f32, |ratio, i| {
+    let lower_s = (strategy.t..*range.end()).scan(1.0_f32, |ratio, i| {
         *ratio *= path.camera_density(i).0 / path.light_density(i).0;
         (*ratio > 0.0).then(|| term(*ratio, count(i + 1)))
     });
     // Towards the camera: p_i moves from the camera's part to the light's, s grows.
-    let higher_s = (1..strategy.t).rev().scan(1.0_f32, |ratio, i| {
+    let higher_s = (*range.start()..strategy.t).rev().scan(1.0_f32, |ratio, i| {
         *ratio *= path.light_density(i).0 / path.camera_density(i).0;
         (*ratio > 0.0).then(|| term(*ratio, count(i)))
     });

@@ -1,5 +1,7 @@
 //! Strategies and the table that says how often each is used: an integrator is such a table.
 
+use std::ops::RangeInclusive;
+
 use crate::scene::{bsdf::Directions, camera::Sensor};
 
 /// Veach's (s,t): `s` vertices sampled from the light side, `t` from the camera side, then connected.
@@ -55,6 +57,10 @@ pub struct Techniques {
     max_depth: u32,
     /// m_{s,t} at `s·(max_depth + 2) + t`.
     multiplicity: Vec<u32>,
+    /// n_{s,t} in the same order.
+    count: Vec<f32>,
+    /// For each length n the t of the strategies in the table, from the first to the last; empty where there is none.
+    range: Vec<RangeInclusive<u32>>,
     directions: Directions,
     /// Area samples per light subpath for each length of paths.
     area: u32,
@@ -78,6 +84,8 @@ impl Techniques {
             light_subpaths: mistake!(sensor.pixels(), PaddingSplats => sensor.padded_pixels()),
             max_depth,
             multiplicity: Vec::new(),
+            count: Vec::new(),
+            range: Vec::new(),
             directions: Directions::Bsdf,
             area: 0,
             light_vertices: LightVertices { connected: 0, splatted: 0 },
@@ -98,7 +106,16 @@ impl Techniques {
     }
 
     fn with_entries(&self, multiplicity: Vec<u32>) -> Self {
-        let table = Self { multiplicity, ..*self };
+        let side = self.max_depth + 2;
+        let subpaths = |t: u32| if t == 1 { self.light_subpaths } else { self.camera_subpaths };
+        let count = (0..).zip(&multiplicity).map(|(i, m)| *m as f32 * subpaths(i % side) as f32).collect();
+        let mut table = Self { multiplicity, count, range: Vec::new(), ..*self };
+        let of_length = |n: u32| {
+            let mut t = (1..=n + 1).filter(|t| table.multiplicity(Strategy { s: n + 1 - t, t: *t }) > 0);
+            let first = t.next();
+            first.map_or(RangeInclusive::new(1, 0), |first| first..=t.next_back().unwrap_or(first))
+        };
+        table.range = (0..=self.max_depth).map(of_length).collect();
         let longest = |wanted: fn(&Strategy) -> bool, vertices: fn(Strategy) -> u32| {
             table.strategies().filter(wanted).map(vertices).max().unwrap_or(0)
         };
@@ -135,8 +152,19 @@ impl Techniques {
     /// n_{s,t}.
     #[inline]
     pub fn count(&self, strategy: Strategy) -> f32 {
-        let subpaths = if strategy.t == 1 { self.light_subpaths } else { self.camera_subpaths };
-        self.multiplicity(strategy) as f32 * subpaths as f32
+        let side = self.max_depth + 2;
+        if strategy.s >= side || strategy.t >= side {
+            0.0
+        } else {
+            self.count[(strategy.s * side + strategy.t) as usize]
+        }
+    }
+
+    /// The t of the table's strategies for paths of `n` edges, from the first to the last (some between them may be missing); empty
+    /// where there is none.
+    #[inline]
+    pub fn range(&self, n: u32) -> RangeInclusive<u32> {
+        self.range.get(n as usize).cloned().unwrap_or(RangeInclusive::new(1, 0))
     }
 
     /// n of any technique: n_{s,t}, or the samples that area sampling takes of each length.

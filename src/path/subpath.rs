@@ -9,7 +9,7 @@ use crate::{
     scene::{
         Scene,
         bsdf::{Directions, Transport},
-        camera::Raster,
+        camera::{Raster, Seen},
         point::{Place, Point},
     },
 };
@@ -21,6 +21,13 @@ pub enum Roulette {
     Off,
     /// At vertices with this many edges behind them, and later.
     FromDepth(u32),
+}
+
+impl Default for Roulette {
+    /// From four edges on.
+    fn default() -> Self {
+        Self::FromDepth(4)
+    }
 }
 
 /// A vertex of a subpath with what the walk knows on arriving there.
@@ -134,10 +141,9 @@ impl Subpath {
         let lens = self.steps[0];
         let p = &lens.vertex.point;
         let direction = camera.direction(p, raster);
-        let pdf = camera.pdf(p, direction);
-        let beta = lens.beta * (camera.we(p, direction) * p.normal.dot(direction) / pdf.0);
-        // The density is positive on all of the padded film; rounding may put a border sample outside it.
-        if pdf > PdfSolidAngle::ZERO {
+        // Rounding may put a sample of the padded film's border outside it.
+        if let Some(Seen { we, pdf, .. }) = camera.look(p, direction) {
+            let beta = lens.beta * (we * p.normal.dot(direction) / pdf.0);
             let origin = p.position;
             self.walk(
                 scene,
@@ -173,11 +179,11 @@ impl Subpath {
     pub fn walk_from_light(&mut self, scene: &Scene, vertices: u32, roulette: Roulette, sampler: &mut impl Sampler) {
         self.steps.clear();
         self.next_event_ratio = 1.0;
-        sampler.start(Block::START);
-        let (position, direction, choose) = (sampler.next_2d(), sampler.next_2d(), sampler.next_1d());
         if vertices == 0 {
             return;
         }
+        sampler.start(Block::START);
+        let (position, direction, choose) = (sampler.next_2d(), sampler.next_2d(), sampler.next_1d());
         let Some(emission) = scene.sample_emission(choose, position, direction) else { return };
         let p = emission.point;
         self.steps.push(Step::first(p, emission.pdf_position));
@@ -225,7 +231,7 @@ impl Subpath {
     /// Adds the vertex that the departing ray reaches. False if it leaves the scene.
     ///
     /// At a surface with 0 < α < 1 the walk stops with probability α, which takes one random number; else it passes.
-    #[inline]
+    #[inline(always)]
     fn arrive(
         &mut self,
         scene: &Scene,
@@ -259,7 +265,7 @@ impl Subpath {
 
     /// Samples how the walk leaves its last vertex, and fills in what that decides: the vertex's lobe and its
     /// predecessor's other-side density.
-    #[inline]
+    #[inline(always)]
     fn scatter(&mut self, transport: Transport, roulette: Roulette, u: Vec3, survive: f32) -> Option<Departure> {
         let edges = self.steps.len() as u32 - 1;
         let [.., before, here] = self.steps.as_mut_slice() else { return None };

@@ -41,13 +41,7 @@ impl Vertex {
     /// Coverage α is left out because a walk that stops here with probability α divides by it again.
     #[inline]
     pub fn scatter(&self, to_camera: Vec3, to_light: Vec3) -> Scatter {
-        let p = &self.point;
-        if !(p.sides_agree(to_camera) && p.sides_agree(to_light)) {
-            return Scatter::ZERO;
-        }
-        let frame = Frame::around(p.shading_normal);
-        let scatter = p.bsdf.eval(self.lobe, frame.to_local(to_camera), frame.to_local(to_light));
-        Scatter { f: scatter.f * self.shading_factor(to_light), ..scatter }
+        scatter(&self.point, self.lobe, to_camera, to_light)
     }
 
     /// Samples the direction across from the unit world direction `known`, the continuous part's by the rule `directions`;
@@ -65,7 +59,7 @@ impl Vertex {
             return None;
         }
         let (_, to_light) = transport.sides(known, direction);
-        let f = sample.scatter.f * self.shading_factor(mistake!(to_light, NoShadingFactor => direction));
+        let f = sample.scatter.f * shading_factor(p, mistake!(to_light, NoShadingFactor => direction));
         Some(BsdfSample { direction, scatter: Scatter { f, ..sample.scatter }, ..sample })
     }
 
@@ -80,13 +74,27 @@ impl Vertex {
     /// f̂ as a walk from the light has it that takes N_s for the cosine of its own direction: a planted mistake.
     #[cfg(feature = "mistakes")]
     pub(super) fn without_adjoint(&self, f: Rgb, to_camera: Vec3, to_light: Vec3) -> Rgb {
-        if f == Rgb::ZERO { f } else { f * (self.shading_factor(to_camera) / self.shading_factor(to_light)) }
+        if f == Rgb::ZERO {
+            f
+        } else {
+            f * (shading_factor(&self.point, to_camera) / shading_factor(&self.point, to_light))
+        }
     }
+}
 
-    #[inline]
-    fn shading_factor(&self, to_light: Vec3) -> f32 {
-        let p = &self.point;
-        // Flat surfaces are the common case, and there the factor is exactly 1.
-        if p.normal == p.shading_normal { 1.0 } else { (p.shading_normal.dot(to_light) / p.normal.dot(to_light)).abs() }
+/// [`Vertex::scatter`] of a vertex at `p` that uses `lobe`, which a connection asks of many without making them.
+#[inline]
+pub(super) fn scatter(p: &Point, lobe: Lobe, to_camera: Vec3, to_light: Vec3) -> Scatter {
+    if !(p.sides_agree(to_camera) && p.sides_agree(to_light)) {
+        return Scatter::ZERO;
     }
+    let frame = Frame::around(p.shading_normal);
+    let scatter = p.bsdf.eval(lobe, frame.to_local(to_camera), frame.to_local(to_light));
+    Scatter { f: scatter.f * shading_factor(p, to_light), ..scatter }
+}
+
+#[inline]
+fn shading_factor(p: &Point, to_light: Vec3) -> f32 {
+    // Flat surfaces are the common case, and there the factor is exactly 1.
+    if p.normal == p.shading_normal { 1.0 } else { (p.shading_normal.dot(to_light) / p.normal.dot(to_light)).abs() }
 }

@@ -40,6 +40,8 @@ pub struct Scene {
     areas: OnceLock<[SurfaceAreas; 2]>,
     /// Whether some primitive's material is not opaque: a scene without pays nothing for coverage.
     see_through: bool,
+    /// Whether some material's volume absorbs.
+    absorbs: bool,
 }
 
 /// What a ray finds; see [`Scene::trace_ray`].
@@ -65,7 +67,8 @@ impl Scene {
         let light_of = LightIndex::new(&geometry, &lights);
         let see_through = materials.iter().any(|m| m.coverage != Coverage::Opaque)
             && geometry.with_material(&|id| !opaque(id)).next().is_some();
-        Self { camera, geometry, materials, lights, light_of, areas: OnceLock::new(), see_through }
+        let absorbs = materials.iter().any(|m| m.absorption != Rgb::ZERO);
+        Self { camera, geometry, materials, lights, light_of, areas: OnceLock::new(), see_through, absorbs }
     }
 
     /// The primitives.
@@ -94,7 +97,7 @@ impl Scene {
     ///
     /// At each surface with 0 < α < 1, front to back, `stops(α)` decides. With α = 1 the ray stops and with α = 0 it passes,
     /// without a question.
-    #[inline]
+    #[inline(always)]
     pub fn trace_ray(&self, origin: Vec3, w: Vec3, skip: PrimitiveId, mut stops: impl FnMut(f32) -> bool) -> Traced {
         let ray = Ray { origin, direction: w, t_max: f32::INFINITY };
         let mut visibility = 1.0;
@@ -110,7 +113,7 @@ impl Scene {
         Traced { point: None, visibility }
     }
 
-    #[inline]
+    #[inline(always)]
     fn point_at(&self, ray: &Ray, hit: &Hit) -> Point {
         let surface = self.geometry.surface(ray, hit);
         let light = self.light_of.get(hit.primitive);
@@ -162,7 +165,7 @@ impl Scene {
     }
 
     /// [`Lights::sample_next_event`] for this scene.
-    #[inline]
+    #[inline(always)]
     pub fn sample_next_event(&self, from: &Point, u: Vec3) -> Option<(Point, PdfArea)> {
         self.lights.sample_next_event(&self.geometry, &self.materials, from, u)
     }
@@ -197,6 +200,9 @@ impl Scene {
     /// segment passes because of its coverage is not there, and bounds nothing: the ends alone decide.
     #[inline]
     pub fn absorption(&self, a: &Point, ab: Vec3, b: &Point) -> Rgb {
+        if !self.absorbs {
+            return Rgb::ZERO;
+        }
         let inside = |p: &Point, w: Vec3| {
             let behind = mistake!(p.normal.dot(w) < 0.0, AbsorptionOutside => p.normal.dot(w) > 0.0);
             matches!(p.bsdf, Bsdf::Dielectric(_)) && behind

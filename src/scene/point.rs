@@ -56,7 +56,7 @@ pub struct Point {
 
 impl Point {
     /// The point of a primitive's surface, its material resolved.
-    #[inline]
+    #[inline(always)]
     pub fn on_surface(
         geometry: &Geometry,
         materials: &[Material],

@@ -37,6 +37,21 @@ pub struct Camera {
     projection: Projection,
 }
 
+/// What a camera makes of a direction in which it sees.
+#[derive(Clone, Copy, Debug)]
+pub struct Seen {
+    /// Where the padded image shows it.
+    pub raster: Raster,
+    /// W_e without its filter h_j.
+    ///
+    /// 1/(A_px A_lens cos⁴ θ), 1/(m² sr), with the film at unit distance and θ the angle to the viewing direction (Veach 8.2); of a
+    /// pinhole 1/(A_px cos⁴ θ), 1/sr, since δ(p_0) replaces 1/A_lens; orthographic 1/A_px, 1/m², with δ(ω).
+    pub we: f32,
+    /// The density of a camera subpath's first direction, given p_0: uniform over the padded film, 1/(A_film cos³ θ).
+    /// Of an orthographic camera 1/A_film, 1/m²: that of the ray's place, see [`PdfSolidAngle`].
+    pub pdf: PdfSolidAngle,
+}
+
 /// How the film sees the scene.
 #[derive(Clone, Copy, Debug)]
 enum Projection {
@@ -188,9 +203,10 @@ impl Camera {
         (self.forward + self.right * film.x - self.up * film.y).normalize()
     }
 
-    /// Where the padded image shows what `lens`, a p_0 of this camera, sees in the unit direction `w`; `None` outside it.
+    /// Where the padded image shows what `lens`, a p_0 of this camera, sees in the unit direction `w`, with W_e and the density of a
+    /// walk that goes there; `None` outside it.
     #[inline]
-    pub fn raster(&self, lens: &Point, w: Vec3) -> Option<Raster> {
+    pub fn look(&self, lens: &Point, w: Vec3) -> Option<Seen> {
         let cos = w.dot(self.forward);
         if cos <= 0.0 {
             return None;
@@ -203,41 +219,37 @@ impl Camera {
             Projection::Orthographic => self.offset(lens),
         };
         let raster = film / self.pixel + 0.5 * self.sensor.size();
-        self.sensor.holds(raster).then_some(Raster(raster))
-    }
-
-    /// W_e without its filter h_j in the unit direction `w` from `lens`; zero outside the padded image.
-    ///
-    /// 1/(A_px A_lens cos⁴ θ), 1/(m² sr), with the film at unit distance and θ the angle of `w` (Veach 8.2); of a pinhole
-    /// 1/(A_px cos⁴ θ), 1/sr, since δ(p_0) replaces 1/A_lens; orthographic 1/A_px, 1/m², with δ(ω).
-    #[inline]
-    pub fn we(&self, lens: &Point, w: Vec3) -> f32 {
-        if self.raster(lens, w).is_none() {
-            return 0.0;
+        if !self.sensor.holds(raster) {
+            return None;
         }
         let pixel = 1.0 / (self.pixel * self.pixel);
-        let cos = w.dot(self.forward);
+        let film = pixel / self.sensor.padded_pixels() as f32;
+        let cos3 = cos * cos * cos;
         let cos4 = (cos * cos) * mistake!(cos * cos, CosineCubed => cos);
-        match self.projection {
-            Projection::Pinhole => pixel / cos4,
-            Projection::ThinLens { radius, .. } => pixel / (PI * radius * radius * cos4),
-            Projection::Orthographic => pixel,
-        }
+        let (we, pdf) = match self.projection {
+            Projection::Pinhole => (pixel / cos4, film / cos3),
+            Projection::ThinLens { radius, .. } => (pixel / (PI * radius * radius * cos4), film / cos3),
+            Projection::Orthographic => (pixel, film),
+        };
+        Some(Seen { raster: Raster(raster), we, pdf: PdfSolidAngle(pdf) })
     }
 
-    /// The density of a camera subpath's first direction `w`, given p_0 = `lens`: uniform over the padded film, 1/(A_film cos³ θ).
-    /// Of an orthographic camera 1/A_film, 1/m²: that of the ray's place, see [`PdfSolidAngle`].
+    /// [`Seen::raster`] alone.
+    #[inline]
+    pub fn raster(&self, lens: &Point, w: Vec3) -> Option<Raster> {
+        self.look(lens, w).map(|seen| seen.raster)
+    }
+
+    /// [`Seen::we`] alone; zero outside the padded image.
+    #[inline]
+    pub fn we(&self, lens: &Point, w: Vec3) -> f32 {
+        self.look(lens, w).map_or(0.0, |seen| seen.we)
+    }
+
+    /// [`Seen::pdf`] alone; zero outside the padded image.
     #[inline]
     pub fn pdf(&self, lens: &Point, w: Vec3) -> PdfSolidAngle {
-        if self.raster(lens, w).is_none() {
-            return PdfSolidAngle::ZERO;
-        }
-        let film = self.pixel * self.pixel * self.sensor.padded_pixels() as f32;
-        let cos = w.dot(self.forward);
-        PdfSolidAngle(match self.projection {
-            Projection::Pinhole | Projection::ThinLens { .. } => 1.0 / (film * cos * cos * cos),
-            Projection::Orthographic => 1.0 / film,
-        })
+        self.look(lens, w).map_or(PdfSolidAngle::ZERO, |seen| seen.pdf)
     }
 
     /// `raster` on the film, from its middle: x to the right, y downwards.

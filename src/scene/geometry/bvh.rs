@@ -11,7 +11,7 @@ use glam::{Vec2, Vec3};
 use super::simd::Avx2;
 use super::{
     Bounds,
-    ray::{Axis, EightLines, Interval, Prepared},
+    ray::{EightLines, Interval, Prepared},
     simd::{Lanes, Portable, Simd},
     sphere::Sphere,
     triangle::Triangle,
@@ -81,10 +81,11 @@ impl Node {
     #[inline(always)]
     fn planes<S: Simd>(&self, simd: S, [x, y, z]: [usize; 3]) -> [[S::F; 2]; 3] {
         let [px, py, pz] = &self.planes;
+        // With the last bit alone, indices need no test.
         [
-            [simd.load(&px[x]), simd.load(&px[1 - x])],
-            [simd.load(&py[y]), simd.load(&py[1 - y])],
-            [simd.load(&pz[z]), simd.load(&pz[1 - z])],
+            [simd.load(&px[x & 1]), simd.load(&px[x & 1 ^ 1])],
+            [simd.load(&py[y & 1]), simd.load(&py[y & 1 ^ 1])],
+            [simd.load(&pz[z & 1]), simd.load(&pz[z & 1 ^ 1])],
         ]
     }
 
@@ -173,28 +174,13 @@ impl Block {
         Triangle::new([corner(0), corner(1), corner(2)])
     }
 
-    /// The k-th corners, in two axes of the ray's frame.
-    #[inline(always)]
-    fn sheared<S: Simd>(&self, simd: S, ray: &Prepared, k: usize) -> (S::F, S::F) {
-        let [kx, ky, kz] = ray.axes;
-        let h = self.relative(simd, ray, kz, k);
-        let x = simd.mul(simd.splat(ray.shear[0]), h);
-        let y = simd.mul(simd.splat(ray.shear[1]), h);
-        (simd.sub(self.relative(simd, ray, kx, k), x), simd.sub(self.relative(simd, ray, ky, k), y))
-    }
-
-    /// The planes of the triangles' boxes, as a ray passes them.
+    /// The planes of the triangles' boxes along an axis, the ones that the ray passes first before the others.
     #[inline(always)]
     fn planes<S: Simd>(&self, simd: S, axis: usize, first: usize) -> [S::F; 2] {
         let [a, b, c] = &self.corners[axis];
         let (a, b, c) = (simd.load(a), simd.load(b), simd.load(c));
         let (low, high) = (simd.min(simd.min(a, b), c), simd.max(simd.max(a, b), c));
         if first == 0 { [low, high] } else { [high, low] }
-    }
-
-    #[inline(always)]
-    fn relative<S: Simd>(&self, simd: S, ray: &Prepared, axis: Axis, k: usize) -> S::F {
-        simd.sub(simd.load(&self.corners[axis as usize][k]), simd.splat(ray.origin[axis as usize]))
     }
 
     /// `Triangle::intersect` for all lanes, with the same roundings: calls `found` with the index, t and the barycentric coordinates
@@ -208,8 +194,11 @@ impl Block {
         mut limit: f32,
         mut found: impl FnMut(u32, f32, Vec2, f32) -> f32,
     ) -> f32 {
-        let ((ax, ay), (bx, by), (cx, cy)) =
-            (self.sheared(simd, ray, 0), self.sheared(simd, ray, 1), self.sheared(simd, ray, 2));
+        let [kx, ky, kz] = ray.axes;
+        let [x, y, z] = [&self.corners[kx as usize], &self.corners[ky as usize], &self.corners[kz as usize]];
+        let [ax, ay] = lines.sheared(simd, [simd.load(&x[0]), simd.load(&y[0]), simd.load(&z[0])]);
+        let [bx, by] = lines.sheared(simd, [simd.load(&x[1]), simd.load(&y[1]), simd.load(&z[1])]);
+        let [cx, cy] = lines.sheared(simd, [simd.load(&x[2]), simd.load(&y[2]), simd.load(&z[2])]);
         let u = simd.sub(simd.mul(cx, by), simd.mul(cy, bx));
         let v = simd.sub(simd.mul(ax, cy), simd.mul(ay, cx));
         let w = simd.sub(simd.mul(bx, ay), simd.mul(by, ax));

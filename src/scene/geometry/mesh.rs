@@ -170,7 +170,7 @@ impl Mesh {
     /// The surface in the mesh's own space, at the barycentric coordinates `b`.
     ///
     /// The bound on the position's error is γ₇ Σ|bᵢpᵢ| (Pharr, Jakob & Humphreys, *Physically Based Rendering*, 6.8.4).
-    #[inline]
+    #[inline(always)]
     pub(super) fn surface(&self, index: u32, b: Vec2) -> Surface {
         const GAMMA_7: f32 = 7.0 * (f32::EPSILON / 2.0) / (1.0 - 7.0 * (f32::EPSILON / 2.0));
         let triangle = &self.triangles[index as usize];

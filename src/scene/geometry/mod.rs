@@ -318,6 +318,7 @@ impl Geometry {
     }
 
     /// The surface where `ray` hit.
+    #[inline(always)]
     pub fn surface(&self, ray: &Ray, hit: &Hit) -> Surface {
         match self.sphere(hit.primitive) {
             None => self.triangle_surface(hit.primitive, hit.barycentric),
@@ -433,6 +434,7 @@ impl Geometry {
         (instance, &self.meshes[instance.mesh as usize].mesh)
     }
 
+    #[inline(always)]
     fn triangle_surface(&self, primitive: PrimitiveId, b: Vec2) -> Surface {
         match primitive.instance() {
             None => self.world.surface(primitive.index, b),

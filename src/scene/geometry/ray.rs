@@ -67,6 +67,9 @@ pub(super) struct EightLines<F> {
     inverse: [F; 3],
     /// For each axis which planes the ray passes first: 0 for the lower ones, 1 for the upper ones.
     pub first: [usize; 3],
+    /// The origin along [`Prepared::axes`].
+    start: [F; 3],
+    shear: [F; 2],
 }
 
 impl<F: Copy> EightLines<F> {
@@ -81,6 +84,14 @@ impl<F: Copy> EightLines<F> {
         let near = simd.mul(near, simd.splat(1.0 - SLACK));
         let far = simd.mul(far, simd.splat(1.0 + SLACK));
         (near, far, simd.le(near, simd.min(far, simd.splat(limit))))
+    }
+
+    /// Corners in the sheared frame, x and y, from their coordinates along [`Prepared::axes`].
+    #[inline(always)]
+    pub fn sheared<S: Simd<F = F>>(&self, simd: S, [x, y, z]: [F; 3]) -> [F; 2] {
+        let z = simd.sub(z, self.start[2]);
+        let (dx, dy) = (simd.mul(self.shear[0], z), simd.mul(self.shear[1], z));
+        [simd.sub(simd.sub(x, self.start[0]), dx), simd.sub(simd.sub(y, self.start[1]), dy)]
     }
 
     #[inline(always)]
@@ -100,7 +111,8 @@ impl Prepared {
             1 => [Axis::Z, Axis::X, Axis::Y],
             _ => [Axis::X, Axis::Y, Axis::Z],
         };
-        let [x, y, z] = axes.map(|axis| d[axis as usize]);
+        let components = d.to_array();
+        let [x, y, z] = axes.map(|axis| components[axis as usize]);
         // An inverse that is finite even for ±0 keeps 0·∞ = NaN out of the box test.
         let inverse = d.to_array().map(|c| if c.abs() < 1e-18 { 1e18_f32.copysign(c) } else { 1.0 / c });
         Self { origin: ray.origin, direction: d, inverse: Vec3::from_array(inverse), axes, shear: [x / z, y / z] }
@@ -117,11 +129,16 @@ impl Prepared {
     /// For [`EightLines::clip`].
     #[inline(always)]
     pub fn lines<S: Simd>(&self, simd: S) -> EightLines<S::F> {
-        let ([ox, oy, oz], [ix, iy, iz]) = (self.origin.to_array(), self.inverse.to_array());
+        let (origin, [ix, iy, iz]) = (self.origin.to_array(), self.inverse.to_array());
+        let ([ox, oy, oz], [x, y, z]) = (origin, self.axes);
+        let along = |axis: Axis| origin[axis as usize];
+        let (x, y, z) = (along(x), along(y), along(z));
         EightLines {
             origin: [simd.splat(ox), simd.splat(oy), simd.splat(oz)],
             inverse: [simd.splat(ix), simd.splat(iy), simd.splat(iz)],
-            first: [ix, iy, iz].map(|inverse| usize::from(inverse < 0.0)),
+            first: [usize::from(ix < 0.0), usize::from(iy < 0.0), usize::from(iz < 0.0)],
+            start: [simd.splat(x), simd.splat(y), simd.splat(z)],
+            shear: [simd.splat(self.shear[0]), simd.splat(self.shear[1])],
         }
     }
 }

@@ -231,7 +231,7 @@ impl Lights {
 
     /// Samples p_n for a next-event estimate at `from`, with its density [`Lights::pdf_next_event`].
     /// `None` if there is no light, or none where `u` leads. `u.z` chooses the light.
-    #[inline]
+    #[inline(always)]
     pub fn sample_next_event(
         &self,
         geometry: &Geometry,
@@ -333,7 +333,7 @@ impl Lights {
         (!self.is_empty()).then(|| LightId(self.choice.sample(u).0 as u32))
     }
 
-    #[inline]
+    #[inline(always)]
     fn sample_position(&self, geometry: &Geometry, materials: &[Material], id: LightId, u: Vec2) -> Point {
         match self.get(id) {
             Light::Area { primitive, map, .. } => {
