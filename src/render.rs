@@ -2,6 +2,7 @@
 
 use std::{
     collections::BTreeMap,
+    ops::Range,
     sync::{
         Mutex,
         atomic::{AtomicU64, Ordering::Relaxed},
@@ -91,6 +92,18 @@ pub struct Statistics {
     pub rejected: BTreeMap<Technique, u64>,
 }
 
+impl Statistics {
+    /// Adds what another part of the same render has done. (It may come from a file, which can say anything.)
+    pub fn add(&mut self, other: &Self) {
+        self.samples = self.samples.saturating_add(other.samples);
+        self.rays = self.rays.saturating_add(other.rays);
+        for (technique, count) in &other.rejected {
+            let sum = self.rejected.entry(*technique).or_default();
+            *sum = sum.saturating_add(*count);
+        }
+    }
+}
+
 /// A render in progress: the film and how far it is.
 pub struct Renderer<'a> {
     scene: &'a Scene,
@@ -99,7 +112,8 @@ pub struct Renderer<'a> {
     film: Film,
     /// Of a transparent background.
     coverage: Option<Coverage>,
-    passes: u32,
+    /// The first pass of this part of the render, and the next one.
+    passes: Range<u32>,
     samples: AtomicU64,
     rays: AtomicU64,
     rejected: Mutex<BTreeMap<Technique, u64>>,
@@ -142,11 +156,34 @@ impl<'a> Renderer<'a> {
             integrator,
             film,
             coverage,
-            passes: 0,
+            passes: 0..0,
             samples: AtomicU64::new(0),
             rays: AtomicU64::new(0),
             rejected: Mutex::default(),
         }
+    }
+
+    /// Makes `first` the next pass: what comes is a part of a longer render, whose other parts have the passes before and after.
+    ///
+    /// # Panics
+    /// If there is a pass already.
+    #[must_use]
+    pub fn starting_at(self, first: u32) -> Self {
+        assert!(self.passes.is_empty(), "a render has started already");
+        Self { passes: first..first, ..self }
+    }
+
+    /// Goes on after these passes, whose sums have been added to [`Renderer::film`] and [`Renderer::coverage`], and in which
+    /// `done` was done.
+    #[must_use]
+    pub fn resumed(self, passes: Range<u32>, done: &Statistics) -> Self {
+        let this = Self { passes, ..self };
+        this.samples.fetch_add(done.samples, Relaxed);
+        this.rays.fetch_add(done.rays, Relaxed);
+        for (technique, count) in &done.rejected {
+            *this.rejected.lock().unwrap_or_else(|e| e.into_inner()).entry(*technique).or_default() += count;
+        }
+        this
     }
 
     /// Adds one sample per pixel, on the current rayon pool. The sums do not depend on the pool.
@@ -156,16 +193,16 @@ impl<'a> Renderer<'a> {
 
     /// The same with only those paths deposited for which `keep` holds: a predicate on paths makes an image of its own.
     pub fn pass_where<K: Fn(&JoinedPath) -> bool + Sync>(&mut self, keep: &K) {
-        let half = Half::of_pass(self.passes);
+        let half = Half::of_pass(self.passes.end);
         self.run(|renderer| ToFilm { film: &renderer.film, half, keep });
-        self.passes += 1;
+        self.passes.end += 1;
     }
 
     /// A pass whose paths go to collectors of one's own instead of the film: `new` makes one for each task. They are returned in
     /// the order of tasks, which no number of threads changes.
     pub fn pass_into<C: Collector + Send>(&mut self, new: impl Fn() -> C + Sync) -> Vec<C> {
         let collectors = self.run(|_| new());
-        self.passes += 1;
+        self.passes.end += 1;
         collectors
     }
 
@@ -179,7 +216,7 @@ impl<'a> Renderer<'a> {
 
     fn run_by<'s, S: Sampler, C: Collector + Send>(&'s self, new: impl Fn(&'s Self) -> C + Sync) -> Vec<C> {
         let padded = PaddedImage(self.scene.camera.sensor());
-        let pass = self.passes;
+        let pass = self.passes.end;
         padded
             .tiles()
             .into_par_iter()
@@ -244,12 +281,22 @@ impl<'a> Renderer<'a> {
 
     /// Samples per pixel so far.
     pub fn passes(&self) -> u32 {
-        self.passes
+        self.passes.len() as u32
+    }
+
+    /// The passes that the film holds: from 0, unless this is a part of a longer render.
+    pub fn range(&self) -> Range<u32> {
+        self.passes.clone()
     }
 
     /// The film with the sums so far.
     pub fn film(&self) -> &Film {
         &self.film
+    }
+
+    /// The sums behind alpha, if the background is transparent.
+    pub fn coverage(&self) -> Option<&Coverage> {
+        self.coverage.as_ref()
     }
 
     /// Alpha, pixel by pixel in the crop, if the background is transparent.
@@ -279,7 +326,7 @@ impl PaddedImage {
     /// Side of the square that one task renders: long enough to hide the cost of a task, short enough to balance threads.
     const TILE: u32 = 16;
 
-    fn tiles(self) -> std::ops::Range<u32> {
+    fn tiles(self) -> Range<u32> {
         0..self.columns() * self.height().div_ceil(Self::TILE)
     }
 

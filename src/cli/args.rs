@@ -7,8 +7,9 @@ use rayon::{ThreadPool, ThreadPoolBuilder};
 use super::{
     environment::EnvironmentArgs,
     exit::Failure,
+    progress::MOST_PASSES,
     terminal::Verbosity,
-    values::{self, Bytes, LookAt},
+    values::{self, Bytes, LookAt, Shard},
 };
 use crate::{
     film::Crop,
@@ -42,7 +43,7 @@ pub(super) struct RenderArgs {
     pub(super) hemisphere: Option<Directions>,
 
     /// Samples per pixel [default: 64]
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1 << 24))]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=i64::from(MOST_PASSES)))]
     pub(super) spp: Option<u32>,
 
     /// Render for so long (30s, 5m, 2h) instead of a fixed number of samples
@@ -89,7 +90,31 @@ pub(super) struct RenderArgs {
     pub(super) unweighted: bool,
 
     #[command(flatten)]
+    pub(super) part: PartArgs,
+
+    #[command(flatten)]
     pub(super) verbosity: VerbosityArgs,
+}
+
+/// Renders that are stopped, continued or shared among machines.
+#[derive(Debug, clap::Args)]
+pub(super) struct PartArgs {
+    /// Keep the exact state of the render in this .exr file, to --resume from: now and then, and at the end
+    #[arg(long, value_name = "FILE")]
+    pub(super) checkpoint: Option<PathBuf>,
+
+    /// Time between checkpoints (60s, 5m; a bare number is seconds)
+    #[arg(long, value_name = "TIME", default_value = "60s", requires = "checkpoint", value_parser = values::duration)]
+    pub(super) checkpoint_every: Duration,
+
+    /// Go on from a checkpoint of the same scene and settings, also to more samples; the image is the same as if nothing had
+    /// happened
+    #[arg(long, value_name = "FILE")]
+    pub(super) resume: Option<PathBuf>,
+
+    /// Render only the I-th of N parts of the samples, I = 1…N, into an .exr file for 'pathspace merge'
+    #[arg(long, value_name = "I/N", conflicts_with = "time", value_parser = values::shard)]
+    pub(super) shard: Option<Shard>,
 }
 
 /// Which scene, from where, under which sky: what every command that renders asks for.
@@ -150,19 +175,24 @@ pub(super) struct SizeArgs {
 impl SizeArgs {
     /// Refuses what takes more than the limit, for these pixels.
     pub(super) fn check_memory(&self, needed: u64, pixels: Crop) -> Result<(), Failure> {
-        let limit = self.memory_limit.0;
-        if needed <= limit {
-            return Ok(());
-        }
-        let mib = |bytes: u64| bytes.div_ceil(1 << 20);
-        Err(Failure::usage(format!(
-            "{} × {} pixels need {} MiB of memory, more than the limit of {} MiB (--memory-limit, or a smaller image)",
-            pixels.width(),
-            pixels.height(),
-            mib(needed),
-            mib(limit)
-        )))
+        check_memory(needed, self.memory_limit, pixels)
     }
+}
+
+/// Refuses what takes more than `limit`, for these pixels.
+pub(super) fn check_memory(needed: u64, limit: Bytes, pixels: Crop) -> Result<(), Failure> {
+    let limit = limit.0;
+    if needed <= limit {
+        return Ok(());
+    }
+    let mib = |bytes: u64| bytes.div_ceil(1 << 20);
+    Err(Failure::usage(format!(
+        "{} × {} pixels need {} MiB of memory, more than the limit of {} MiB (--memory-limit, or a smaller image)",
+        pixels.width(),
+        pixels.height(),
+        mib(needed),
+        mib(limit)
+    )))
 }
 
 /// Which paths, and by which random numbers.

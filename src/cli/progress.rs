@@ -9,6 +9,9 @@ use indicatif::{ProgressBar, ProgressStyle};
 
 use super::terminal::Terminal;
 
+/// What the film has room for ([`crate::film::Coverage`]), and more than anybody has patience for.
+pub(super) const MOST_PASSES: u32 = 1 << 24;
+
 /// When a render is finished.
 #[derive(Clone, Copy, Debug)]
 pub(super) enum Goal {
@@ -22,18 +25,21 @@ impl Goal {
     /// The part of the work that is done, from 0 to 1.
     fn fraction(self, passes: u32, elapsed: Duration) -> f64 {
         let fraction = match self {
-            Self::Passes(all) => f64::from(passes) / f64::from(all),
+            Self::Passes(all) => f64::from(passes) / f64::from(all.max(1)),
             Self::Time(all) => elapsed.as_secs_f64() / all.as_secs_f64(),
         };
         fraction.clamp(0.0, 1.0)
     }
 
-    /// Whether no further pass is to be made. At least one always is; under a time, one more is if at least half of
-    /// it fits.
-    pub(super) fn is_reached(self, passes: u32, elapsed: Duration) -> bool {
+    /// Whether no further pass is to be made after `passes`, of which `resumed` were there before this run. Under a time, at least
+    /// one is made, and one more if at least half of it fits.
+    pub(super) fn is_reached(self, passes: u32, resumed: u32, elapsed: Duration) -> bool {
         match self {
             Self::Passes(all) => passes >= all,
-            Self::Time(all) => passes > 0 && elapsed + elapsed / passes / 2 >= all,
+            Self::Time(all) => {
+                let own = passes - resumed;
+                passes >= MOST_PASSES || own > 0 && elapsed + elapsed / own / 2 >= all
+            }
         }
     }
 }
@@ -43,10 +49,12 @@ impl Goal {
 pub(super) struct Moment {
     pub(super) goal: Goal,
     pub(super) passes: u32,
+    /// Those of them that a checkpoint had.
+    pub(super) resumed: u32,
+    /// Of this run, as what follows.
     pub(super) elapsed: Duration,
-    /// Samples so far: pixels times passes.
+    /// Pixels times passes.
     pub(super) samples: u64,
-    /// Rays so far.
     pub(super) rays: u64,
     /// The latest noise estimate, if there was one.
     pub(super) noise: Option<f64>,
@@ -57,6 +65,13 @@ impl Moment {
     pub(super) fn fraction(&self) -> f64 {
         self.goal.fraction(self.passes, self.elapsed)
     }
+
+    /// How long it will take from here, as far as that can be known.
+    pub(super) fn left(&self) -> Option<Duration> {
+        let (done, before) = (self.fraction(), self.goal.fraction(self.resumed, Duration::ZERO));
+        let left = self.elapsed.as_secs_f64() * (1.0 - done) / (done - before);
+        (done > before).then(|| Duration::try_from_secs_f64(left).unwrap_or(Duration::MAX))
+    }
 }
 
 impl fmt::Display for Moment {
@@ -65,10 +80,8 @@ impl fmt::Display for Moment {
             Goal::Passes(all) => write!(f, "{}/{all} spp", self.passes)?,
             Goal::Time(all) => write!(f, "{} spp, {} of {}", self.passes, Clock(self.elapsed), Clock(all))?,
         }
-        let done = self.fraction();
-        if done > 0.0 {
-            let left = self.elapsed.as_secs_f64() * (1.0 - done) / done;
-            write!(f, ", {} left", Clock(Duration::try_from_secs_f64(left).unwrap_or(Duration::MAX)))?;
+        if let Some(left) = self.left() {
+            write!(f, ", {} left", Clock(left))?;
         }
         if let Some(noise) = self.noise {
             write!(f, ", noise {noise:.1e}")?;
@@ -166,12 +179,16 @@ mod tests {
         let mut moment = Moment {
             goal: Goal::Passes(64),
             passes: 16,
+            resumed: 0,
             elapsed: Duration::from_secs(10),
             samples: 20_000_000,
             rays: 123_000_000,
             noise: None,
         };
         assert_eq!(moment.to_string(), "16/64 spp, 30.0 s left, 2.00 Msamples/s, 12.30 Mrays/s");
+        moment.resumed = 8;
+        assert_eq!(moment.left(), Some(Duration::from_secs(60)), "eight passes in ten seconds");
+        moment.resumed = 0;
         moment.noise = Some(3.21e-3);
         moment.goal = Goal::Time(Duration::from_secs(3700));
         let text = "16 spp, 10.0 s of 1:01:40, 1:01:30 left, noise 3.2e-3, 2.00 Msamples/s, 12.30 Mrays/s";
@@ -181,9 +198,10 @@ mod tests {
     #[test]
     fn goals_are_reached_at_the_end_of_a_pass() {
         let second = Duration::from_secs(1);
-        assert!(!Goal::Passes(2).is_reached(1, second) && Goal::Passes(2).is_reached(2, second));
+        assert!(!Goal::Passes(2).is_reached(1, 0, second) && Goal::Passes(2).is_reached(2, 0, second));
         let goal = Goal::Time(Duration::from_millis(1600));
-        assert!(!goal.is_reached(0, second * 9), "an image has at least one pass");
-        assert!(!goal.is_reached(1, second) && goal.is_reached(2, second * 2));
+        assert!(!goal.is_reached(0, 0, second * 9), "an image has at least one pass");
+        assert!(!goal.is_reached(1, 0, second) && goal.is_reached(2, 0, second * 2));
+        assert!(!goal.is_reached(9, 9, second * 9) && !goal.is_reached(10, 9, second), "a time is that of one run");
     }
 }

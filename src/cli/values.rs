@@ -1,6 +1,6 @@
 //! How the values of options are written.
 
-use std::time::Duration;
+use std::{ops::Range, time::Duration};
 
 use clap::builder::{PossibleValuesParser, TypedValueParser};
 use glam::Vec3;
@@ -25,6 +25,23 @@ pub(super) struct LookAt {
 /// `--memory-limit` in bytes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Bytes(pub(super) u64);
+
+/// `--shard`: one of several parts of the samples.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct Shard {
+    /// From 1.
+    pub(super) index: u32,
+    pub(super) count: u32,
+}
+
+impl Shard {
+    /// Its part of so many passes. The parts of all shards are as equal as can be, and some are empty if there are more of them
+    /// than passes.
+    pub(super) fn passes(self, whole: u32) -> Range<u32> {
+        let end = |shards: u32| (u64::from(whole) * u64::from(shards) / u64::from(self.count)) as u32;
+        end(self.index - 1)..end(self.index)
+    }
+}
 
 pub(super) fn integrator() -> impl TypedValueParser<Value = IntegratorKind> {
     PossibleValuesParser::new(IntegratorKind::ALL.map(IntegratorKind::name))
@@ -113,6 +130,16 @@ pub(super) fn strategy(text: &str) -> Result<Strategy, String> {
     }
 }
 
+/// `I/N`.
+pub(super) fn shard(text: &str) -> Result<Shard, String> {
+    let parts = text.split_once('/').and_then(|(i, n)| Some((i.trim().parse().ok()?, n.trim().parse().ok()?)));
+    match parts {
+        Some((index, count)) if (1..=count).contains(&index) => Ok(Shard { index, count }),
+        Some(_) => Err("the shards of N are 1/N, 2/N, … N/N".to_owned()),
+        None => Err("a shard is written like 2/16".to_owned()),
+    }
+}
+
 /// `ex,ey,ez,tx,ty,tz` and perhaps `,yfov` in degrees.
 pub(super) fn look_at(text: &str) -> Result<LookAt, String> {
     let (values, yfov) = match &numbers::<f32>(text.trim_end_matches('°'))?[..] {
@@ -188,6 +215,22 @@ mod tests {
         assert_eq!(bytes("100"), Ok(Bytes(100)));
         for bad in ["", "GiB", "0", "-1G", "4X", "nan"] {
             assert!(bytes(bad).is_err(), "{bad}");
+        }
+    }
+
+    #[test]
+    fn shards_are_a_partition() {
+        assert_eq!(shard("2/16"), Ok(Shard { index: 2, count: 16 }));
+        for bad in ["", "2", "0/3", "4/3", "-1/3", "1/0", "1/2/3", "a/b", "1/4294967296"] {
+            assert!(shard(bad).is_err(), "{bad}");
+        }
+        for (whole, count) in [(1, 1), (64, 3), (3, 16), (1 << 24, 1000), (7, 7), (5, u32::MAX)] {
+            let shards = (1..=count.min(1000)).map(|index| Shard { index, count }.passes(whole));
+            let end = shards.fold(0, |end, range| {
+                assert!(range.start == end && range.len() as u32 <= whole.div_ceil(count), "{range:?} of {whole}");
+                range.end
+            });
+            assert!(end == whole || count > 1000);
         }
     }
 

@@ -1,0 +1,113 @@
+//! The loop of `pathspace render`: passes until the goal or an interruption, with progress and checkpoints between them.
+
+use std::time::Instant;
+
+use rayon::ThreadPool;
+
+use super::{
+    exit::Exit,
+    interrupt::Interrupt,
+    keep::Keeper,
+    progress::{Clock, Goal, Moment, Progress},
+    terminal::Terminal,
+};
+use crate::{
+    film::DepositErrors,
+    render::{Renderer, Statistics},
+};
+
+/// How a render ended.
+pub(super) struct Ended {
+    pub(super) moment: Moment,
+    /// The exit code of an interruption before the goal.
+    pub(super) interrupted: Option<Exit>,
+}
+
+/// Renders until `goal`, or to the end of the pass in which the first signal came.
+pub(super) fn run(
+    renderer: &mut Renderer<'_>,
+    pool: &ThreadPool,
+    goal: Goal,
+    keeper: &mut Keeper<'_>,
+    interrupt: &Interrupt,
+    terminal: Terminal,
+) -> Ended {
+    let start = Start { at: Instant::now(), passes: renderer.passes(), rays: renderer.statistics().rays };
+    let mut progress = Progress::new(terminal);
+    let mut noise = None;
+    let mut interrupted = None;
+    interrupt.spare(terminal);
+    while interrupted.is_none() && !start.reached(goal, renderer) {
+        pool.install(|| renderer.pass());
+        if progress.is_due() {
+            noise = renderer.film().noise(renderer.passes()).or(noise);
+            let moment = start.moment(renderer, goal, noise);
+            progress.show(moment.fraction(), &moment);
+        }
+        if !start.reached(goal, renderer) {
+            interrupted = interrupt.asked();
+            if interrupted.is_none() {
+                keeper.after_pass(renderer, terminal);
+            }
+        }
+    }
+    interrupt.settle();
+    progress.finish();
+    let moment = start.moment(renderer, goal, renderer.film().noise(renderer.passes()));
+    Ended { moment, interrupted }
+}
+
+/// Where this run of the program began: a checkpoint's samples are not its own.
+struct Start {
+    at: Instant,
+    passes: u32,
+    rays: u64,
+}
+
+impl Start {
+    fn reached(&self, goal: Goal, renderer: &Renderer<'_>) -> bool {
+        goal.is_reached(renderer.passes(), self.passes, self.at.elapsed())
+    }
+
+    fn moment(&self, renderer: &Renderer<'_>, goal: Goal, noise: Option<f64>) -> Moment {
+        let (passes, resumed) = (renderer.passes(), self.passes);
+        let samples = renderer.film().crop().pixels() * u64::from(passes - resumed);
+        let rays = renderer.statistics().rays - self.rays;
+        Moment { goal, passes, resumed, elapsed: self.at.elapsed(), samples, rays, noise }
+    }
+}
+
+/// What was done, what is known about the noise, and what went wrong.
+pub(super) fn summarise(renderer: &Renderer<'_>, end: &Moment, terminal: Terminal) {
+    faults(&renderer.statistics(), renderer.film().errors(), terminal);
+    let noise = noise(end.noise, end.passes);
+    terminal.say(format_args!("{} spp in {}, {noise}", end.passes, Clock(end.elapsed)));
+}
+
+/// What went wrong, if anything did.
+pub(super) fn faults(statistics: &Statistics, errors: DepositErrors, terminal: Terminal) {
+    terminal.detail(format_args!("{} samples, {} rays", statistics.samples, statistics.rays));
+    for (technique, count) in &statistics.rejected {
+        terminal.warn(format_args!("technique {technique} made {count} contributions that are no number, left out"));
+    }
+    let faults = [
+        (errors.non_finite, "contributions were not finite and are left out"),
+        (errors.negative, "contributions were negative and are left out"),
+        (errors.out_of_range, "contributions were too large for the film and are left out"),
+        (errors.overflow, "sums of pixels overflowed: these pixels are wrong"),
+    ];
+    for (count, what) in faults.into_iter().filter(|(count, _)| *count > 0) {
+        terminal.warn(format_args!("{count} {what}"));
+    }
+}
+
+/// What is known about the noise.
+pub(super) fn noise(noise: Option<f64>, passes: u32) -> String {
+    match noise {
+        Some(noise) => format!("noise {noise:.2e} (relMSE, from two half images)"),
+        None if passes == 0 => "no samples".to_owned(),
+        None if passes == 1 => "noise unknown (one sample per pixel)".to_owned(),
+        None if passes.is_multiple_of(2) => "noise unknown (half images of different length)".to_owned(),
+        None => "noise unknown (odd number of samples)".to_owned(),
+    }
+}
