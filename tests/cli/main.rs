@@ -1,8 +1,11 @@
 //! The program as a person or a script meets it: exit codes, sentences, files.
 
+mod checkpoints;
 mod environment;
 mod info;
+mod interruption;
 mod render;
+mod shards;
 mod usage;
 mod verify;
 
