@@ -1,5 +1,7 @@
 //! Rendering: passes over the image, spread over threads, that bring integrator and film together.
 
+mod statistics;
+
 use std::{
     collections::BTreeMap,
     ops::Range,
@@ -12,6 +14,8 @@ use std::{
 use glam::Vec2;
 use rayon::prelude::*;
 
+pub use self::statistics::{Rays, Statistics};
+
 use crate::{
     film::{Coverage, Crop, Film, FixedPoint, Half},
     integrator::{Integrator, IntegratorKind, Samplers, Scratch, Sink, Splats, Unit, Weighting},
@@ -20,7 +24,7 @@ use crate::{
     sampling::{Filter, Independent, Sampler, SamplerKind, Sobol, Stream},
     scene::{
         Scene,
-        bsdf::Directions,
+        bsdf::{Directions, Transport},
         camera::{Raster, Sensor},
         point::{Place, Point},
     },
@@ -81,29 +85,6 @@ impl Settings {
     }
 }
 
-/// What a render has done so far.
-#[derive(Clone, Debug, Default, PartialEq, Eq)]
-pub struct Statistics {
-    /// Samples: camera subpaths, or light subpaths where the integrator has no others.
-    pub samples: u64,
-    /// Rays of walks and of connections.
-    pub rays: u64,
-    /// Contributions that were not finite or negative, and so were left out, by technique.
-    pub rejected: BTreeMap<Technique, u64>,
-}
-
-impl Statistics {
-    /// Adds what another part of the same render has done. (It may come from a file, which can say anything.)
-    pub fn add(&mut self, other: &Self) {
-        self.samples = self.samples.saturating_add(other.samples);
-        self.rays = self.rays.saturating_add(other.rays);
-        for (technique, count) in &other.rejected {
-            let sum = self.rejected.entry(*technique).or_default();
-            *sum = sum.saturating_add(*count);
-        }
-    }
-}
-
 /// A render in progress: the film and how far it is.
 pub struct Renderer<'a> {
     scene: &'a Scene,
@@ -115,7 +96,8 @@ pub struct Renderer<'a> {
     /// The first pass of this part of the render, and the next one.
     passes: Range<u32>,
     samples: AtomicU64,
-    rays: AtomicU64,
+    /// In the order of [`Rays`].
+    rays: [AtomicU64; 3],
     rejected: Mutex<BTreeMap<Technique, u64>>,
 }
 
@@ -158,7 +140,7 @@ impl<'a> Renderer<'a> {
             coverage,
             passes: 0..0,
             samples: AtomicU64::new(0),
-            rays: AtomicU64::new(0),
+            rays: Default::default(),
             rejected: Mutex::default(),
         }
     }
@@ -179,7 +161,7 @@ impl<'a> Renderer<'a> {
     pub fn resumed(self, passes: Range<u32>, done: &Statistics) -> Self {
         let this = Self { passes, ..self };
         this.samples.fetch_add(done.samples, Relaxed);
-        this.rays.fetch_add(done.rays, Relaxed);
+        this.count(done.rays);
         for (technique, count) in &done.rejected {
             *this.rejected.lock().unwrap_or_else(|e| e.into_inner()).entry(*technique).or_default() += count;
         }
@@ -223,10 +205,10 @@ impl<'a> Renderer<'a> {
             .map_init(
                 || self.integrator.scratch(),
                 |scratch, tile| {
-                    let mut sink = TaskSink { renderer: self, rays: 0, collector: new(self) };
+                    let mut sink = TaskSink { renderer: self, rays: Rays::default(), collector: new(self) };
                     let samples =
                         padded.tile(tile).map(|pixel| self.sample::<S>(pixel, pass, scratch, &mut sink)).sum::<u64>();
-                    self.rays.fetch_add(sink.rays, Relaxed);
+                    self.count(sink.rays);
                     self.samples.fetch_add(samples, Relaxed);
                     sink.collector
                 },
@@ -307,7 +289,16 @@ impl<'a> Renderer<'a> {
     /// What was done so far.
     pub fn statistics(&self) -> Statistics {
         let rejected = self.rejected.lock().unwrap_or_else(|e| e.into_inner()).clone();
-        Statistics { samples: self.samples.load(Relaxed), rays: self.rays.load(Relaxed), rejected }
+        let [camera, light, visibility] = [0, 1, 2].map(|kind: usize| self.rays[kind].load(Relaxed));
+        let rays = Rays { camera, light, visibility };
+        Statistics { samples: self.samples.load(Relaxed), rays, rejected }
+    }
+
+    fn count(&self, rays: Rays) {
+        let Rays { camera, light, visibility } = rays;
+        for (sum, count) in self.rays.iter().zip([camera, light, visibility]) {
+            sum.fetch_add(count, Relaxed);
+        }
     }
 }
 
@@ -400,7 +391,7 @@ impl<K: Fn(&JoinedPath) -> bool> Collector for ToFilm<'_, K> {
 /// Brings the paths of one task to their collector.
 struct TaskSink<'a, C> {
     renderer: &'a Renderer<'a>,
-    rays: u64,
+    rays: Rays,
     collector: C,
 }
 
@@ -424,11 +415,14 @@ impl<C: Collector> Sink for TaskSink<'_, C> {
 
     #[inline]
     fn shadow_ray(&mut self) {
-        self.rays += 1;
+        self.rays.visibility += 1;
     }
 
     #[inline]
-    fn walked(&mut self, rays: usize) {
-        self.rays += rays as u64;
+    fn walked(&mut self, transport: Transport, rays: usize) {
+        match transport {
+            Transport::Radiance => self.rays.camera += rays as u64,
+            Transport::Importance => self.rays.light += rays as u64,
+        }
     }
 }

@@ -7,7 +7,7 @@ use rayon::{ThreadPool, ThreadPoolBuilder};
 use super::{
     environment::EnvironmentArgs,
     exit::Failure,
-    progress::MOST_PASSES,
+    progress::{MOST_PASSES, Style},
     terminal::Verbosity,
     values::{self, Bytes, LookAt, Shard},
 };
@@ -91,6 +91,15 @@ pub(super) struct RenderArgs {
 
     #[command(flatten)]
     pub(super) part: PartArgs,
+
+    /// Show progress as a bar or lines, whatever suits (auto), as lines (plain), as a JSON object a line on standard output (json),
+    /// or not at all (none)
+    #[arg(long, value_name = "STYLE", default_value = "auto", value_parser = values::progress())]
+    pub(super) progress: Style,
+
+    /// Write what the render did and took to a JSON file: rays by kind, time by phase, memory, what was left out
+    #[arg(long, value_name = "FILE")]
+    pub(super) stats: Option<PathBuf>,
 
     #[command(flatten)]
     pub(super) verbosity: VerbosityArgs,

@@ -1,6 +1,7 @@
 //! `--checkpoint`: the render so far, in a file from which it can go on.
 
 use std::{
+    cell::Cell,
     collections::BTreeMap,
     env,
     ffi::{OsStr, OsString},
@@ -27,6 +28,8 @@ pub(super) struct Keeper<'a> {
     settings: &'a BTreeMap<String, String>,
     /// How many passes the whole render has.
     whole: Option<u32>,
+    written: Cell<u32>,
+    spent: Cell<Duration>,
 }
 
 impl<'a> Keeper<'a> {
@@ -59,6 +62,8 @@ impl<'a> Keeper<'a> {
             sensor,
             settings,
             whole,
+            written: Cell::new(0),
+            spent: Cell::default(),
         }
     }
 
@@ -72,21 +77,35 @@ impl<'a> Keeper<'a> {
         self.last = Instant::now();
     }
 
-    /// Writes the checkpoint of a render that is at its end, if there is to be one.
-    pub(super) fn at_end(&self, renderer: &Renderer<'_>) -> Result<(), Failure> {
-        self.path.as_ref().map_or(Ok(()), |path| self.write(path, renderer))
+    /// Writes the checkpoint of a render that is at its end, if there is to be one, and says where it is.
+    pub(super) fn at_end(&self, renderer: &Renderer<'_>) -> Result<Option<&Path>, Failure> {
+        self.path.as_deref().map(|path| self.write(path, renderer).map(|()| path)).transpose()
     }
 
-    /// Writes the checkpoint of a render that was interrupted, and says where it is.
+    /// Writes the checkpoint of a render that was interrupted, asked for or not.
     pub(super) fn at_interruption(&self, renderer: &Renderer<'_>) -> Result<&Path, Failure> {
         let path = self.path.as_ref().unwrap_or(&self.otherwise);
         self.write(path, renderer).map(|()| path.as_path())
     }
 
+    /// Checkpoints so far.
+    pub(super) fn written(&self) -> u32 {
+        self.written.get()
+    }
+
+    /// The time that they took.
+    pub(super) fn spent(&self) -> Duration {
+        self.spent.get()
+    }
+
     fn write(&self, path: &Path, renderer: &Renderer<'_>) -> Result<(), Failure> {
+        let start = Instant::now();
         let bytes = saved::encode(renderer, self.sensor, self.settings, self.whole)
             .map_err(|error| Failure::output(format!("cannot write '{}': {error}", path.display())))?;
-        write_atomically(path, &bytes).map_err(|error| Failure::output(error.to_string()))
+        write_atomically(path, &bytes).map_err(|error| Failure::output(error.to_string()))?;
+        self.written.set(self.written.get() + 1);
+        self.spent.set(self.spent.get() + start.elapsed());
+        Ok(())
     }
 }
 

@@ -1,6 +1,9 @@
 //! `pathspace merge`: the shards of a render, put together.
 
-use std::{ops::Range, path::PathBuf};
+use std::{
+    ops::Range,
+    path::{Path, PathBuf},
+};
 
 use super::{
     args::{VerbosityArgs, check_memory},
@@ -142,13 +145,7 @@ impl Set {
     }
 
     /// Refuses a file that belongs to another render than the first one.
-    fn check(
-        &self,
-        first: &PathBuf,
-        path: &PathBuf,
-        header: &CheckpointHeader,
-        transparent: bool,
-    ) -> Result<(), Failure> {
+    fn check(&self, first: &Path, path: &Path, header: &CheckpointHeader, transparent: bool) -> Result<(), Failure> {
         let (a, b) = (first.display(), path.display());
         let refuse = |what: String| Err(Failure::input(format!("'{a}' and '{b}' are no parts of one image: {what}")));
         if let Some((here, there)) = Shape::of(&self.first).differs(&Shape::of(header)) {

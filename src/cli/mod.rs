@@ -18,6 +18,7 @@ mod progress;
 mod render;
 mod render_passes;
 mod saved;
+mod stats;
 mod terminal;
 mod values;
 mod verify;

@@ -101,8 +101,8 @@ mod tests {
     #[test]
     fn what_is_there_twice_is_found() {
         assert_eq!(of(&[0..4, 8..12]).insert(3..9), Err(3..4));
-        assert_eq!(of(&[0..4]).insert(1..2), Err(1..2));
-        assert_eq!(of(&[0..4]).insert(2..2), Ok(()));
-        assert_eq!(of(&[0..4]).insert(4..5), Ok(()));
+        assert_eq!(Passes::from(0..4).insert(1..2), Err(1..2));
+        assert_eq!(Passes::from(0..4).insert(2..2), Ok(()));
+        assert_eq!(Passes::from(0..4).insert(4..5), Ok(()));
     }
 }

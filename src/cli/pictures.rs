@@ -1,6 +1,6 @@
 //! The image files of a command: checked before anything is rendered, written at the end.
 
-use std::path::PathBuf;
+use std::{io, path::PathBuf};
 
 use super::{exit::Failure, terminal::Terminal};
 use crate::film::{Exposure, Format, Header, Image, check_writable, encode_exr, encode_png, write_atomically};
@@ -55,9 +55,10 @@ impl Outputs {
         Ok(())
     }
 
-    /// Writes the same bytes to all of them.
-    pub(super) fn write_bytes(&self, bytes: &[u8]) -> Result<(), Failure> {
-        let write = |path| write_atomically(path, bytes).map_err(|error| Failure::output(error.to_string()));
+    /// Writes the same bytes to all of them, if they could be made.
+    pub(super) fn write_bytes(&self, bytes: io::Result<Vec<u8>>) -> Result<(), Failure> {
+        let bytes = bytes.map_err(|error| Failure::output(format!("cannot encode the file: {error}")))?;
+        let write = |path| write_atomically(path, &bytes).map_err(|error| Failure::output(error.to_string()));
         self.paths().try_for_each(|path| write(path))
     }
 

@@ -2,6 +2,8 @@
 
 use std::{collections::BTreeMap, ops::Range, path::PathBuf};
 
+use serde_json::{Value, json};
+
 use super::{
     args::RenderArgs,
     camera,
@@ -13,8 +15,9 @@ use super::{
     opened::Opened,
     passes::Passes,
     pictures::Outputs,
-    progress::{Goal, MOST_PASSES},
+    progress::{Goal, MOST_PASSES, Progress},
     render_passes, saved,
+    stats::{self, Phases, Stats},
     terminal::Terminal,
     values::Shard,
 };
@@ -45,9 +48,12 @@ pub(super) fn run(args: &RenderArgs) -> Result<Exit, Failure> {
     }
     let outputs = outputs(args)?;
     Keeper::check(&args.part, &outputs)?;
+    stats::check(args.stats.as_ref(), &outputs)?;
     let pool = args.paths.thread_pool()?;
+    let mut phases = Phases::start();
 
     let opened = Opened::read(&args.scene, terminal)?;
+    phases.end("read");
     let sensor = camera::sensor(&args.size, DEFAULT_WIDTH, args.filter.padding(), &opened.view);
     let settings = settings(args, crop(args, sensor)?, only);
     check_memory(args, &settings)?;
@@ -58,34 +64,74 @@ pub(super) fn run(args: &RenderArgs) -> Result<Exit, Failure> {
 
     let Wanted { passes, goal, whole } = wanted(args);
     let renderer = pool.install(|| Renderer::new(&scene, &settings));
+    phases.end("build");
     let recorded = header::settings(&job, renderer.film().scale());
     let mut renderer = match &args.part.resume {
         None => renderer.starting_at(passes.start),
         Some(path) => saved::resume(renderer, path, sensor, &recorded, passes)?,
     };
+    phases.end("resume");
     let mut keeper = Keeper::new(&args.part, &outputs, sensor, &recorded, whole);
-    let ended = render_passes::run(&mut renderer, &pool, goal, &mut keeper, &interrupt, terminal);
+    let mut progress = Progress::new(args.progress, terminal);
+    progress.event(|| started(&job, &renderer, whole));
+    let ended = render_passes::run(&mut renderer, &pool, goal, &mut keeper, &interrupt, &mut progress, terminal);
     render_passes::summarise(&renderer, &ended.moment, terminal);
+    phases.end("render");
 
-    let Some(exit) = ended.interrupted else {
-        keeper.at_end(&renderer)?;
-        match args.part.shard {
-            Some(_) => {
-                outputs.write_bytes(&saved::encode(&renderer, sensor, &recorded, whole).map_err(cannot_encode)?)?
-            }
-            None => write(args, &outputs, sensor, &recorded, &renderer, terminal)?,
-        }
-        terminal.say(outputs.said());
-        return Ok(Exit::Done);
-    };
     // The checkpoint first: it is what cannot be made again from the image.
-    let checkpoint = keeper.at_interruption(&renderer)?;
-    if args.part.shard.is_none() {
-        write(args, &outputs, sensor, &recorded, &renderer, terminal)?;
+    let checkpoint = match ended.interrupted {
+        None => keeper.at_end(&renderer)?,
+        Some(_) => Some(keeper.at_interruption(&renderer)?),
+    };
+    let written = match (args.part.shard, ended.interrupted) {
+        // Half a shard is none.
+        (Some(_), Some(_)) => false,
+        (Some(_), None) => outputs.write_bytes(saved::encode(&renderer, sensor, &recorded, whole)).map(|()| true)?,
+        (None, _) => write(args, &outputs, sensor, &recorded, &renderer, terminal).map(|()| true)?,
+    };
+    phases.end("write");
+    if let Some(path) = &args.stats {
+        let threads = pool.current_num_threads();
+        let stats = Stats { job: &job, renderer: &renderer, ended: &ended, keeper: &keeper, phases: &phases, threads };
+        stats.write(path)?;
+    }
+    if written {
         terminal.say(outputs.said());
     }
-    terminal.say(format_args!("interrupted; to go on: {}", resume_command(checkpoint)));
-    Ok(exit)
+    if let (Some(_), Some(checkpoint)) = (ended.interrupted, checkpoint) {
+        terminal.say(format_args!("interrupted; to go on: {}", resume_command(checkpoint)));
+    }
+    progress.event(|| {
+        let files: Vec<_> = outputs.paths().filter(|_| written).map(|path| path.display().to_string()).collect();
+        let checkpoint = checkpoint.map(|path| path.display().to_string());
+        json!({
+            "event": "end",
+            "outcome": ended.outcome(),
+            "exit": ended.exit() as u8,
+            "spp": ended.moment.passes,
+            "elapsed": ended.moment.elapsed.as_secs_f64(),
+            "noise": ended.moment.noise,
+            "files": files,
+            "checkpoint": checkpoint,
+        })
+    });
+    Ok(ended.exit())
+}
+
+/// The first object of `--progress json`.
+fn started(job: &Job<'_>, renderer: &Renderer<'_>, whole: Option<u32>) -> Value {
+    json!({
+        "event": "start",
+        "layout": stats::LAYOUT,
+        "version": env!("CARGO_PKG_VERSION"),
+        "scene": job.scene_hash,
+        "width": job.sensor.width,
+        "height": job.sensor.height,
+        "integrator": job.settings.integrator.name(),
+        "whole_spp": whole,
+        "first_sample": renderer.range().start,
+        "resumed_spp": renderer.passes(),
+    })
 }
 
 /// Which passes are to be rendered.
@@ -198,8 +244,4 @@ fn write(
     let exposure = args.exposure.map_or(Exposure::Auto, Exposure::Ev);
     let header = header(sensor, recorded, film, &passes);
     outputs.write(&film.image(passes.count()), renderer.alpha().as_deref(), &header, exposure, terminal)
-}
-
-fn cannot_encode(error: std::io::Error) -> Failure {
-    Failure::output(format!("cannot write the shard: {error}"))
 }

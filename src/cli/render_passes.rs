@@ -23,6 +23,18 @@ pub(super) struct Ended {
     pub(super) interrupted: Option<Exit>,
 }
 
+impl Ended {
+    /// The exit code, if nothing more happens.
+    pub(super) fn exit(&self) -> Exit {
+        self.interrupted.unwrap_or(Exit::Done)
+    }
+
+    /// The same as a word.
+    pub(super) fn outcome(&self) -> &'static str {
+        if self.interrupted.is_some() { "interrupted" } else { "done" }
+    }
+}
+
 /// Renders until `goal`, or to the end of the pass in which the first signal came.
 pub(super) fn run(
     renderer: &mut Renderer<'_>,
@@ -30,10 +42,10 @@ pub(super) fn run(
     goal: Goal,
     keeper: &mut Keeper<'_>,
     interrupt: &Interrupt,
+    progress: &mut Progress,
     terminal: Terminal,
 ) -> Ended {
-    let start = Start { at: Instant::now(), passes: renderer.passes(), rays: renderer.statistics().rays };
-    let mut progress = Progress::new(terminal);
+    let start = Start { at: Instant::now(), passes: renderer.passes(), rays: renderer.statistics().rays.total() };
     let mut noise = None;
     let mut interrupted = None;
     interrupt.spare(terminal);
@@ -42,7 +54,7 @@ pub(super) fn run(
         if progress.is_due() {
             noise = renderer.film().noise(renderer.passes()).or(noise);
             let moment = start.moment(renderer, goal, noise);
-            progress.show(moment.fraction(), &moment);
+            progress.show(&moment);
         }
         if !start.reached(goal, renderer) {
             interrupted = interrupt.asked();
@@ -72,7 +84,7 @@ impl Start {
     fn moment(&self, renderer: &Renderer<'_>, goal: Goal, noise: Option<f64>) -> Moment {
         let (passes, resumed) = (renderer.passes(), self.passes);
         let samples = renderer.film().crop().pixels() * u64::from(passes - resumed);
-        let rays = renderer.statistics().rays - self.rays;
+        let rays = renderer.statistics().rays.total() - self.rays;
         Moment { goal, passes, resumed, elapsed: self.at.elapsed(), samples, rays, noise }
     }
 }
@@ -86,7 +98,7 @@ pub(super) fn summarise(renderer: &Renderer<'_>, end: &Moment, terminal: Termina
 
 /// What went wrong, if anything did.
 pub(super) fn faults(statistics: &Statistics, errors: DepositErrors, terminal: Terminal) {
-    terminal.detail(format_args!("{} samples, {} rays", statistics.samples, statistics.rays));
+    terminal.detail(format_args!("{} samples, {} rays", statistics.samples, statistics.rays.total()));
     for (technique, count) in &statistics.rejected {
         terminal.warn(format_args!("technique {technique} made {count} contributions that are no number, left out"));
     }

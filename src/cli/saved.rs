@@ -6,7 +6,7 @@ use super::exit::Failure;
 use crate::{
     film::{CheckpointError, CheckpointFile, CheckpointHeader, Crop, encode_checkpoint},
     path::{Strategy, Technique},
-    render::{Renderer, Statistics},
+    render::{Rays, Renderer, Statistics},
     scene::camera::Sensor,
 };
 
@@ -112,7 +112,9 @@ fn say(name: &str, value: Option<&String>) -> String {
 }
 
 const SAMPLES: &str = "samples";
-const RAYS: &str = "rays";
+const CAMERA_RAYS: &str = "rays.camera";
+const LIGHT_RAYS: &str = "rays.light";
+const VISIBILITY_RAYS: &str = "rays.visibility";
 const REJECTED: &str = "rejected";
 
 /// The statistics as text: integers, so that those of parts can be added as the parts can.
@@ -123,7 +125,14 @@ fn counts(statistics: &Statistics) -> BTreeMap<String, String> {
     };
     let rejected = statistics.rejected.iter().map(|(which, count)| format!("{} {count}", technique(which)));
     let rejected = rejected.collect::<Vec<_>>().join("; ");
-    let all = [(SAMPLES, statistics.samples.to_string()), (RAYS, statistics.rays.to_string()), (REJECTED, rejected)];
+    let Rays { camera, light, visibility } = statistics.rays;
+    let all = [
+        (SAMPLES, statistics.samples.to_string()),
+        (CAMERA_RAYS, camera.to_string()),
+        (LIGHT_RAYS, light.to_string()),
+        (VISIBILITY_RAYS, visibility.to_string()),
+        (REJECTED, rejected),
+    ];
     all.into_iter().map(|(name, value)| (name.to_owned(), value)).collect()
 }
 
@@ -139,7 +148,9 @@ pub(super) fn statistics(counts: &BTreeMap<String, String>) -> Option<Statistics
         };
         rejected.insert(technique, count.parse().ok()?);
     }
-    Some(Statistics { samples: counts.get(SAMPLES)?.parse().ok()?, rays: counts.get(RAYS)?.parse().ok()?, rejected })
+    let count = |name: &str| counts.get(name)?.parse().ok();
+    let rays = Rays { camera: count(CAMERA_RAYS)?, light: count(LIGHT_RAYS)?, visibility: count(VISIBILITY_RAYS)? };
+    Some(Statistics { samples: count(SAMPLES)?, rays, rejected })
 }
 
 #[cfg(test)]
@@ -150,7 +161,8 @@ mod tests {
     fn statistics_come_back() {
         let rejected = [(Technique::Area, 3), (Technique::Bidirectional(Strategy { s: 2, t: 13 }), 1)];
         for rejected in [BTreeMap::new(), rejected.into()] {
-            let all = Statistics { samples: 1 << 40, rays: 7, rejected };
+            let rays = Rays { camera: 7, light: 0, visibility: u64::MAX };
+            let all = Statistics { samples: 1 << 40, rays, rejected };
             assert_eq!(statistics(&counts(&all)), Some(all));
         }
     }

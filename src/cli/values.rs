@@ -5,6 +5,7 @@ use std::{ops::Range, time::Duration};
 use clap::builder::{PossibleValuesParser, TypedValueParser};
 use glam::Vec3;
 
+use super::progress::Style;
 use crate::{
     film::Crop,
     integrator::IntegratorKind,
@@ -65,6 +66,11 @@ pub(super) fn filter() -> impl TypedValueParser<Value = Filter> {
 
 pub(super) fn sampler() -> impl TypedValueParser<Value = SamplerKind> {
     PossibleValuesParser::new(SamplerKind::ALL.map(SamplerKind::name)).try_map(|name| name.parse::<SamplerKind>())
+}
+
+pub(super) fn progress() -> impl TypedValueParser<Value = Style> {
+    PossibleValuesParser::new(Style::ALL.map(Style::name))
+        .try_map(|name| Style::ALL.into_iter().find(|style| style.name() == name).ok_or("no such style"))
 }
 
 /// `30s`, `1.5m`, `2h`, `500ms`; a bare number is seconds.

@@ -105,7 +105,7 @@ fn a_render_that_is_killed_goes_on_from_its_checkpoint() {
 
 /// `cargo test --release --test cli -- --ignored a_hundred_kills`
 #[test]
-#[ignore = "a minute: the long form of the test above"]
+#[ignore = "the long form of the test above"]
 fn a_hundred_kills() {
     kill(100);
 }

@@ -6,6 +6,7 @@ mod info;
 mod interruption;
 mod render;
 mod shards;
+mod statistics;
 mod usage;
 mod verify;
 

@@ -1,11 +1,13 @@
+use std::ops::Range;
+
 use glam::Vec2;
 
 use super::*;
 use crate::{
-    film::FixedPoint,
+    film::{DepositErrors, FixedPoint},
     math::Rgb,
     sampling::{Filter, Independent, Sampler, Stream},
-    scene::camera::Raster,
+    scene::camera::{Raster, Sensor},
 };
 
 const CROP: Crop = Crop { x0: 2, y0: 1, x1: 9, y1: 6 };
