@@ -14,6 +14,7 @@ use super::{
 use crate::{
     film::Crop,
     integrator::IntegratorKind,
+    io::{Limits, LoadOptions, Outside},
     path::{Roulette, Strategy},
     sampling::{Filter, SamplerKind},
     scene::bsdf::Directions,
@@ -163,6 +164,40 @@ pub(super) struct SceneArgs {
 
     #[command(flatten)]
     pub(super) environment: EnvironmentArgs,
+
+    #[command(flatten)]
+    pub(super) load: LoadArgs,
+}
+
+/// What a scene file may ask for.
+#[derive(Debug, clap::Args)]
+pub(super) struct LoadArgs {
+    /// Refuse files that have more of something: file-bytes, texels, environment-texels, vertices (of an accessor), zeros (without
+    /// data), triangles, instances or depth (of nodes); may be given several times, N like 1000 or 64M
+    #[arg(long = "limit", value_name = "NAME=N", value_parser = values::limit)]
+    limits: Vec<(&'static str, u64)>,
+
+    /// Follow paths in the scene file that lead out of its folder
+    #[arg(long)]
+    allow_outside: bool,
+}
+
+impl LoadArgs {
+    pub(super) fn limits(&self) -> Limits {
+        let mut limits = Limits::default();
+        for (name, value) in &self.limits {
+            if let Some(limit) = limits.get_mut(name) {
+                *limit = *value;
+            }
+        }
+        limits
+    }
+
+    /// How to read a file of which this scene is wanted.
+    pub(super) fn options<'a>(&self, scene: Option<&'a str>) -> LoadOptions<'a> {
+        let outside = if self.allow_outside { Outside::Allowed } else { Outside::Refused };
+        LoadOptions { scene, limits: self.limits(), outside }
+    }
 }
 
 /// How large the image is.

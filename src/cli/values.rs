@@ -9,6 +9,7 @@ use super::progress::Style;
 use crate::{
     film::Crop,
     integrator::IntegratorKind,
+    io::Limits,
     math::Rgb,
     path::{Roulette, Strategy},
     sampling::{Filter, SamplerKind},
@@ -88,6 +89,15 @@ pub(super) fn duration(text: &str) -> Result<Duration, String> {
         Ok(duration) if !duration.is_zero() => Ok(duration),
         _ => Err("a time must be positive".to_owned()),
     }
+}
+
+/// `triangles=64M`; K, M, G and T are powers of 1024 as in sizes.
+pub(super) fn limit(text: &str) -> Result<(&'static str, u64), String> {
+    let known =
+        || format!("a limit is written like triangles=64M, and its name is one of {}", Limits::NAMES.join(", "));
+    let (name, value) = text.split_once('=').ok_or_else(known)?;
+    let name = Limits::NAMES.into_iter().find(|known| *known == name).ok_or_else(known)?;
+    bytes(value).map(|Bytes(value)| (name, value)).map_err(|_| known())
 }
 
 /// `4GiB`, `512MiB`, `4G`; a bare number is bytes.
@@ -221,6 +231,15 @@ mod tests {
         assert_eq!(bytes("100"), Ok(Bytes(100)));
         for bad in ["", "GiB", "0", "-1G", "4X", "nan"] {
             assert!(bytes(bad).is_err(), "{bad}");
+        }
+    }
+
+    #[test]
+    fn limits_have_names_and_numbers() {
+        assert_eq!(limit("triangles=64M"), Ok(("triangles", 64 << 20)));
+        assert_eq!(limit("depth=3"), Ok(("depth", 3)));
+        for bad in ["", "triangles", "height=3", "depth=", "depth=-1", "=3", "depth=0"] {
+            assert!(limit(bad).is_err_and(|error| error.contains("environment-texels")), "{bad}");
         }
     }
 
