@@ -36,7 +36,8 @@ impl Default for Limits {
             zeros: 1 << 22,
             triangles: 1 << 26,
             instances: 1 << 25,
-            depth: 4096,
+            // Nothing recurses; no hierarchy that anybody made is as deep.
+            depth: 1 << 16,
         }
     }
 }
