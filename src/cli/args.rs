@@ -51,6 +51,11 @@ pub(super) struct RenderArgs {
     #[arg(long, value_name = "TIME", conflicts_with = "spp", value_parser = values::duration)]
     pub(super) time: Option<Duration>,
 
+    /// Stop as soon as the relative noise of 95 % of the image's tiles is below this (5%, 0.05), which is looked at after 16, 32, 64, …
+    /// samples per pixel; --spp is then the most there may be [default then: 65536]
+    #[arg(long, value_name = "X", conflicts_with_all = ["time", "shard"], value_parser = values::noise)]
+    pub(super) noise: Option<f64>,
+
     #[command(flatten)]
     pub(super) size: SizeArgs,
 

@@ -16,7 +16,8 @@ use super::{
     passes::Passes,
     pictures::Outputs,
     progress::{Goal, MOST_PASSES, Progress},
-    render_passes, saved,
+    render_passes::{self, Quality},
+    saved,
     stats::{self, Phases, Stats},
     terminal::Terminal,
     values::Shard,
@@ -30,6 +31,8 @@ use crate::{
 };
 
 const DEFAULT_SPP: u32 = 64;
+/// With `--noise`: some images have tiles that never become quiet.
+const MOST_FOR_NOISE: u32 = 1 << 16;
 const DEFAULT_WIDTH: u32 = 512;
 /// Besides the film's sums: the image, two halves while the noise is estimated, and the files before they are written.
 const IMAGE_BYTES_PER_PIXEL: u64 = 52;
@@ -74,8 +77,13 @@ pub(super) fn run(args: &RenderArgs) -> Result<Exit, Failure> {
     let mut keeper = Keeper::new(&args.part, &outputs, sensor, &recorded, whole);
     let mut progress = Progress::new(args.progress, terminal);
     progress.event(|| started(&job, &renderer, whole));
-    let ended = render_passes::run(&mut renderer, &pool, goal, &mut keeper, &interrupt, &mut progress, terminal);
+    let quality = args.noise.map(Quality::new);
+    let ended =
+        render_passes::run(&mut renderer, &pool, (goal, quality), &mut keeper, &interrupt, &mut progress, terminal);
     render_passes::summarise(&renderer, &ended.moment, terminal);
+    if let Some(quality) = ended.quality.filter(|quality| !quality.is_reached() && ended.interrupted.is_none()) {
+        terminal.warn(format_args!("{} spp are not enough for --noise {}", ended.moment.passes, quality.below));
+    }
     phases.end("render");
 
     // The checkpoint first: it is what cannot be made again from the image.
@@ -87,7 +95,7 @@ pub(super) fn run(args: &RenderArgs) -> Result<Exit, Failure> {
         // Half a shard is none.
         (Some(_), Some(_)) => false,
         (Some(_), None) => outputs.write_bytes(saved::encode(&renderer, sensor, &recorded, whole)).map(|()| true)?,
-        (None, _) => write(args, &outputs, sensor, &recorded, &renderer, terminal).map(|()| true)?,
+        (None, _) => write(args, &outputs, sensor, &recorded, &renderer, ended.quality, terminal).map(|()| true)?,
     };
     phases.end("write");
     if let Some(path) = &args.stats {
@@ -146,7 +154,7 @@ fn wanted(args: &RenderArgs) -> Wanted {
     if let Some(time) = args.time {
         return Wanted { passes: 0..MOST_PASSES, goal: Goal::Time(time), whole: None };
     }
-    let spp = args.spp.unwrap_or(DEFAULT_SPP);
+    let spp = args.spp.unwrap_or(if args.noise.is_some() { MOST_FOR_NOISE } else { DEFAULT_SPP });
     let passes = args.part.shard.map_or(0..spp, |shard| shard.passes(spp));
     Wanted { goal: Goal::Passes(passes.len() as u32), passes, whole: Some(spp) }
 }
@@ -238,10 +246,13 @@ fn write(
     sensor: Sensor,
     recorded: &BTreeMap<String, String>,
     renderer: &Renderer<'_>,
+    quality: Option<Quality>,
     terminal: Terminal,
 ) -> Result<(), Failure> {
     let (film, passes) = (renderer.film(), Passes::from(renderer.range()));
     let exposure = args.exposure.map_or(Exposure::Auto, Exposure::Ev);
-    let header = header(sensor, recorded, film, &passes);
+    let mut header = header(sensor, recorded, film, &passes);
+    // It chose the number of samples by what they showed.
+    header.attributes.extend(quality.map(|quality| ("noise-target".to_owned(), quality.to_string())));
     outputs.write(&film.image(passes.count()), renderer.alpha().as_deref(), &header, exposure, terminal)
 }

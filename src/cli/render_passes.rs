@@ -1,6 +1,6 @@
 //! The loop of `pathspace render`: passes until the goal or an interruption, with progress and checkpoints between them.
 
-use std::time::Instant;
+use std::{fmt, time::Instant};
 
 use rayon::ThreadPool;
 
@@ -12,13 +12,63 @@ use super::{
     terminal::Terminal,
 };
 use crate::{
-    film::DepositErrors,
+    film::{DepositErrors, ENOUGH_TILES, Film},
     render::{Renderer, Statistics},
 };
+
+/// A noise at which a render is good enough before its goal.
+#[derive(Clone, Copy)]
+pub(super) struct Quality {
+    /// As [`Film::tile_noise`].
+    pub(super) below: f64,
+    /// What it was when it was last looked at.
+    found: Option<f64>,
+}
+
+impl Quality {
+    /// Fewer passes say little of their noise.
+    const FIRST: u32 = 16;
+
+    pub(super) fn new(below: f64) -> Self {
+        Self { below, found: None }
+    }
+
+    /// Looks at the noise after these passes. Only powers of two are looked at, so that the answer depends neither on threads nor on
+    /// interruptions, and that a lucky moment is not waited for.
+    fn look(&mut self, film: &Film, passes: u32) {
+        if passes >= Self::FIRST && passes.is_power_of_two() {
+            self.found = film.tile_noise(passes);
+        }
+    }
+
+    pub(super) fn is_reached(&self) -> bool {
+        self.found.is_some_and(|found| found <= self.below)
+    }
+
+    /// The passes that it will take, the noise going with their root, but no more than `most`.
+    fn expected(&self, passes: u32, most: u32) -> u32 {
+        let last = (passes + 1).next_power_of_two() / 2;
+        let factor = self.found.map_or(1.0, |found| (found / self.below).powi(2)).max(1.0);
+        ((f64::from(last) * factor).min(f64::from(most)) as u32)
+            .max(Self::FIRST)
+            .next_power_of_two()
+            .min(most)
+            .max(passes)
+    }
+}
+
+impl fmt::Display for Quality {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let reached = if self.is_reached() { "reached" } else { "not reached" };
+        write!(f, "{} on {} % of tiles: {reached}", self.below, 100.0 * ENOUGH_TILES)
+    }
+}
 
 /// How a render ended.
 pub(super) struct Ended {
     pub(super) moment: Moment,
+    /// Whether it was to end by its noise, and did.
+    pub(super) quality: Option<Quality>,
     /// The exit code of an interruption before the goal.
     pub(super) interrupted: Option<Exit>,
 }
@@ -39,7 +89,7 @@ impl Ended {
 pub(super) fn run(
     renderer: &mut Renderer<'_>,
     pool: &ThreadPool,
-    goal: Goal,
+    (goal, mut quality): (Goal, Option<Quality>),
     keeper: &mut Keeper<'_>,
     interrupt: &Interrupt,
     progress: &mut Progress,
@@ -49,14 +99,28 @@ pub(super) fn run(
     let mut noise = None;
     let mut interrupted = None;
     interrupt.spare(terminal);
-    while interrupted.is_none() && !start.reached(goal, renderer) {
+    let done = |renderer: &Renderer<'_>, quality: Option<Quality>| {
+        start.reached(goal, renderer) || quality.is_some_and(|quality| quality.is_reached())
+    };
+    // A checkpoint may be where it is good enough.
+    if let Some(quality) = &mut quality {
+        quality.look(renderer.film(), renderer.passes());
+    }
+    while interrupted.is_none() && !done(renderer, quality) {
         pool.install(|| renderer.pass());
-        if progress.is_due() {
-            noise = renderer.film().noise(renderer.passes()).or(noise);
-            let moment = start.moment(renderer, goal, noise);
-            progress.show(&moment);
+        let passes = renderer.passes();
+        if let Some(quality) = &mut quality {
+            quality.look(renderer.film(), passes);
         }
-        if !start.reached(goal, renderer) {
+        if progress.is_due() {
+            noise = renderer.film().noise(passes).or(noise);
+            let near = match (goal, quality) {
+                (Goal::Passes(most), Some(quality)) => Goal::Passes(quality.expected(passes, most)),
+                _ => goal,
+            };
+            progress.show(&start.moment(renderer, near, noise));
+        }
+        if !done(renderer, quality) {
             interrupted = interrupt.asked();
             if interrupted.is_none() {
                 keeper.after_pass(renderer, terminal);
@@ -66,7 +130,7 @@ pub(super) fn run(
     interrupt.settle();
     progress.finish();
     let moment = start.moment(renderer, goal, renderer.film().noise(renderer.passes()));
-    Ended { moment, interrupted }
+    Ended { moment, quality, interrupted }
 }
 
 /// Where this run of the program began: a checkpoint's samples are not its own.

@@ -90,6 +90,7 @@ impl Stats<'_> {
             "resumed_spp": ended.moment.resumed,
             "first_sample": renderer.range().start,
             "noise": ended.moment.noise,
+            "noise_reached": ended.quality.map(|quality| quality.is_reached()),
             "samples": statistics.samples,
             "rays": {
                 "camera": rays.camera,

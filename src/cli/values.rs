@@ -127,6 +127,16 @@ pub(super) fn percentage(text: &str) -> Result<f64, String> {
     fraction.ok_or_else(|| "a bias is written like 2%, between 0% and 100%".to_owned())
 }
 
+/// `5%` or `0.05`, as a fraction.
+pub(super) fn noise(text: &str) -> Result<f64, String> {
+    let number = |text: &str| text.trim().parse::<f64>().ok();
+    let fraction = match text.strip_suffix('%') {
+        Some(percent) => number(percent).map(|percent| percent / 100.0),
+        None => number(text),
+    };
+    fraction.filter(|x| *x > 0.0 && *x < 1.0).ok_or_else(|| "a noise is written like 5% or 0.05, below 100%".to_owned())
+}
+
 /// `x0,y0,x1,y1`.
 pub(super) fn crop(text: &str) -> Result<Crop, String> {
     match numbers::<u32>(text)?[..] {
@@ -262,6 +272,8 @@ mod tests {
     #[test]
     fn a_bias_is_a_percentage() {
         assert_eq!((percentage("2%"), percentage("0.5 %")), (Ok(0.02), Ok(0.005)));
+        assert_eq!((noise("5%"), noise("0.05")), (Ok(0.05), Ok(0.05)));
+        assert!(["0", "1", "100%", "-1%", "", "%", "nan"].iter().all(|bad| noise(bad).is_err()));
         for bad in ["2", "0%", "-1%", "100%", "nan%", "%", "0.02"] {
             assert!(percentage(bad).is_err(), "{bad}");
         }

@@ -12,7 +12,7 @@ mod header;
 use std::{
     collections::BTreeMap,
     fs::File,
-    io::{self, BufReader, Cursor},
+    io::{self, BufReader, Cursor, Read, Seek},
     path::Path,
 };
 
@@ -141,15 +141,15 @@ fn checksum(
 }
 
 /// A file of sums, of which the header has been read and checked.
-pub struct CheckpointFile {
+pub struct CheckpointFile<R = BufReader<File>> {
     header: CheckpointHeader,
     checksum: String,
     transparent: bool,
-    chunks: Reader<BufReader<File>>,
+    chunks: Reader<R>,
 }
 
 impl CheckpointFile {
-    /// Reads the header, and takes no more memory than that does.
+    /// Opens a file as [`CheckpointFile::from_reader`] reads it.
     ///
     /// # Errors
     /// If the file cannot be read or is no file of sums.
@@ -159,7 +159,17 @@ impl CheckpointFile {
         if !file.metadata().map_err(unreadable)?.is_file() {
             return Err(CheckpointError::Unreadable("it is not a regular file".to_owned()));
         }
-        let chunks = block::read(BufReader::new(file), false).map_err(|error| foreign(&error))?;
+        Self::from_reader(BufReader::new(file))
+    }
+}
+
+impl<R: Read + Seek> CheckpointFile<R> {
+    /// Reads the header, and takes no more memory than that does.
+    ///
+    /// # Errors
+    /// As [`CheckpointFile::open`].
+    pub fn from_reader(reader: R) -> Result<Self, CheckpointError> {
+        let chunks = block::read(reader, false).map_err(|error| foreign(&error))?;
         let [only] = chunks.headers() else {
             return Err(CheckpointError::Foreign("it has several parts".to_owned()));
         };

@@ -10,6 +10,7 @@ mod crop;
 mod exr;
 mod folder;
 mod image;
+mod noise;
 mod output;
 mod plane;
 mod png;
@@ -24,6 +25,7 @@ pub use self::{
     exr::{Header, encode_exr},
     folder::{check_folder, write_folder},
     image::{Image, half_image_rel_mse},
+    noise::ENOUGH_TILES,
     output::{Format, OutputError, UnknownFormat, check_writable, write_atomically},
     plane::FixedPoint,
     png::{Exposure, encode_png},

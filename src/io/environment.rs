@@ -116,18 +116,21 @@ pub fn load_environment_within(
 ) -> Result<LoadedEnvironment, EnvironmentError> {
     let file = one_line(&path.display().to_string());
     match buffer::file(path, limits.file_bytes) {
-        Ok(bytes) => decode(&bytes, &file, scale, rotation, limits),
+        Ok(bytes) => read_environment(limits, &bytes, &file, scale, rotation),
         Err(reason) => Err(EnvironmentError::Unreadable { file, reason }),
     }
 }
 
 /// The same from memory; `file` is the name in messages.
-pub(super) fn decode(
+///
+/// # Errors
+/// As [`load_environment`].
+pub fn read_environment(
+    limits: &Limits,
     bytes: &[u8],
     file: &str,
     scale: f32,
     rotation: f32,
-    limits: &Limits,
 ) -> Result<LoadedEnvironment, EnvironmentError> {
     let limit = limits.environment_texels;
     let file = file.to_owned();

@@ -64,7 +64,9 @@ use gltf_json::Root;
 use serde_json::Value;
 
 pub use camera::{NamedCamera, ThinLens, View};
-pub use environment::{EnvironmentError, LoadedEnvironment, load_environment, load_environment_within};
+pub use environment::{
+    EnvironmentError, LoadedEnvironment, load_environment, load_environment_within, read_environment,
+};
 pub use error::LoadError;
 pub use light::PunctualLight;
 pub use limits::{Limits, LoadOptions, Outside};
