@@ -158,7 +158,7 @@ fn a_noise_ends_a_render_where_it_is_reached() {
     let end = spp(&output);
     assert!(end.is_power_of_two() && (16..65536).contains(&end), "{end}");
     let bytes = fs::read(run.path("a.exr")).unwrap();
-    assert!(String::from_utf8_lossy(&bytes).contains("0.2 on 95 % of tiles: reached"));
+    assert!(String::from_utf8_lossy(&bytes).contains("0.12 on 95 % of tiles: reached"));
     let same = run.image("b.exr", &["-i", "path", "--spp", &end.to_string()]);
     assert_eq!(pixels(&bytes), pixels(&same), "it is the render of as many samples");
 
