@@ -114,7 +114,8 @@ pub(super) struct RenderArgs {
 /// Renders that are stopped, continued or shared among machines.
 #[derive(Debug, clap::Args)]
 pub(super) struct PartArgs {
-    /// Keep the exact state of the render in this .exr file, to --resume from: now and then, and at the end
+    /// Keep the exact state of the render in this .exr file, to --resume from: now and then, and at the end [default: none, but
+    /// Ctrl-C and SIGTERM finish the pass and write OUT.checkpoint.exr; a second one stops at once]
     #[arg(long, value_name = "FILE")]
     pub(super) checkpoint: Option<PathBuf>,
 
