@@ -49,7 +49,7 @@ fn throughput(name: &str) {
             let settings = Settings { integrator: kind, seed: round as u64, ..Settings::new(SENSOR) };
             let (renderer, seconds) = render(&scene, &settings, 8);
             let samples = f64::from(SENSOR.pixels() * renderer.passes());
-            figures.push((samples / seconds * 1e-6, renderer.statistics().rays as f64 / seconds * 1e-6));
+            figures.push((samples / seconds * 1e-6, renderer.statistics().rays.total() as f64 / seconds * 1e-6));
         }
     }
     for (kind, figures) in KINDS.into_iter().zip(figures) {

@@ -1,7 +1,10 @@
 //! Rendering: passes over the image, spread over threads, that bring integrator and film together.
 
+mod statistics;
+
 use std::{
     collections::BTreeMap,
+    ops::Range,
     sync::{
         Mutex,
         atomic::{AtomicU64, Ordering::Relaxed},
@@ -11,6 +14,8 @@ use std::{
 use glam::Vec2;
 use rayon::prelude::*;
 
+pub use self::statistics::{Rays, Statistics};
+
 use crate::{
     film::{Coverage, Crop, Film, FixedPoint, Half},
     integrator::{Integrator, IntegratorKind, Samplers, Scratch, Sink, Splats, Unit, Weighting},
@@ -19,7 +24,7 @@ use crate::{
     sampling::{Filter, Independent, Sampler, SamplerKind, Sobol, Stream},
     scene::{
         Scene,
-        bsdf::Directions,
+        bsdf::{Directions, Transport},
         camera::{Raster, Sensor},
         point::{Place, Point},
     },
@@ -82,17 +87,6 @@ impl Settings {
     }
 }
 
-/// What a render has done so far.
-#[derive(Clone, Debug, Default, PartialEq, Eq)]
-pub struct Statistics {
-    /// Samples: camera subpaths, or light subpaths where the integrator has no others.
-    pub samples: u64,
-    /// Rays of walks and of connections.
-    pub rays: u64,
-    /// Contributions that were not finite or negative, and so were left out, by technique.
-    pub rejected: BTreeMap<Technique, u64>,
-}
-
 /// A render in progress: the film and how far it is.
 pub struct Renderer<'a> {
     scene: &'a Scene,
@@ -101,9 +95,11 @@ pub struct Renderer<'a> {
     film: Film,
     /// Of a transparent background.
     coverage: Option<Coverage>,
-    passes: u32,
+    /// The first pass of this part of the render, and the next one.
+    passes: Range<u32>,
     samples: AtomicU64,
-    rays: AtomicU64,
+    /// In the order of [`Rays`].
+    rays: [AtomicU64; 3],
     rejected: Mutex<BTreeMap<Technique, u64>>,
 }
 
@@ -144,11 +140,34 @@ impl<'a> Renderer<'a> {
             integrator,
             film,
             coverage,
-            passes: 0,
+            passes: 0..0,
             samples: AtomicU64::new(0),
-            rays: AtomicU64::new(0),
+            rays: Default::default(),
             rejected: Mutex::default(),
         }
+    }
+
+    /// Makes `first` the next pass: what comes is a part of a longer render, whose other parts have the passes before and after.
+    ///
+    /// # Panics
+    /// If there is a pass already.
+    #[must_use]
+    pub fn starting_at(self, first: u32) -> Self {
+        assert!(self.passes.is_empty(), "a render has started already");
+        Self { passes: first..first, ..self }
+    }
+
+    /// Goes on after these passes, whose sums have been added to [`Renderer::film`] and [`Renderer::coverage`], and in which
+    /// `done` was done.
+    #[must_use]
+    pub fn resumed(self, passes: Range<u32>, done: &Statistics) -> Self {
+        let this = Self { passes, ..self };
+        this.samples.fetch_add(done.samples, Relaxed);
+        this.count(done.rays);
+        for (technique, count) in &done.rejected {
+            *this.rejected.lock().unwrap_or_else(|e| e.into_inner()).entry(*technique).or_default() += count;
+        }
+        this
     }
 
     /// Adds one sample per pixel, on the current rayon pool. The sums do not depend on the pool.
@@ -158,16 +177,16 @@ impl<'a> Renderer<'a> {
 
     /// The same with only those paths deposited for which `keep` holds: a predicate on paths makes an image of its own.
     pub fn pass_where<K: Fn(&JoinedPath) -> bool + Sync>(&mut self, keep: &K) {
-        let half = Half::of_pass(self.passes);
+        let half = Half::of_pass(self.passes.end);
         self.run(|renderer| ToFilm { film: &renderer.film, half, keep });
-        self.passes += 1;
+        self.passes.end += 1;
     }
 
     /// A pass whose paths go to collectors of one's own instead of the film: `new` makes one for each task. They are returned in
     /// the order of tasks, which no number of threads changes.
     pub fn pass_into<C: Collector + Send>(&mut self, new: impl Fn() -> C + Sync) -> Vec<C> {
         let collectors = self.run(|_| new());
-        self.passes += 1;
+        self.passes.end += 1;
         collectors
     }
 
@@ -181,17 +200,17 @@ impl<'a> Renderer<'a> {
 
     fn run_by<'s, S: Sampler, C: Collector + Send>(&'s self, new: impl Fn(&'s Self) -> C + Sync) -> Vec<C> {
         let padded = PaddedImage(self.scene.camera.sensor());
-        let pass = self.passes;
+        let pass = self.passes.end;
         padded
             .tiles()
             .into_par_iter()
             .map_init(
                 || self.integrator.scratch(),
                 |scratch, tile| {
-                    let mut sink = TaskSink { renderer: self, rays: 0, collector: new(self) };
+                    let mut sink = TaskSink { renderer: self, rays: Rays::default(), collector: new(self) };
                     let samples =
                         padded.tile(tile).map(|pixel| self.sample::<S>(pixel, pass, scratch, &mut sink)).sum::<u64>();
-                    self.rays.fetch_add(sink.rays, Relaxed);
+                    self.count(sink.rays);
                     self.samples.fetch_add(samples, Relaxed);
                     sink.collector
                 },
@@ -246,12 +265,22 @@ impl<'a> Renderer<'a> {
 
     /// Samples per pixel so far.
     pub fn passes(&self) -> u32 {
-        self.passes
+        self.passes.len() as u32
+    }
+
+    /// The passes that the film holds: from 0, unless this is a part of a longer render.
+    pub fn range(&self) -> Range<u32> {
+        self.passes.clone()
     }
 
     /// The film with the sums so far.
     pub fn film(&self) -> &Film {
         &self.film
+    }
+
+    /// The sums behind alpha, if the background is transparent.
+    pub fn coverage(&self) -> Option<&Coverage> {
+        self.coverage.as_ref()
     }
 
     /// Alpha, pixel by pixel in the crop, if the background is transparent.
@@ -262,7 +291,16 @@ impl<'a> Renderer<'a> {
     /// What was done so far.
     pub fn statistics(&self) -> Statistics {
         let rejected = self.rejected.lock().unwrap_or_else(|e| e.into_inner()).clone();
-        Statistics { samples: self.samples.load(Relaxed), rays: self.rays.load(Relaxed), rejected }
+        let [camera, light, visibility] = [0, 1, 2].map(|kind: usize| self.rays[kind].load(Relaxed));
+        let rays = Rays { camera, light, visibility };
+        Statistics { samples: self.samples.load(Relaxed), rays, rejected }
+    }
+
+    fn count(&self, rays: Rays) {
+        let Rays { camera, light, visibility } = rays;
+        for (sum, count) in self.rays.iter().zip([camera, light, visibility]) {
+            sum.fetch_add(count, Relaxed);
+        }
     }
 }
 
@@ -281,7 +319,7 @@ impl PaddedImage {
     /// Side of the square that one task renders: long enough to hide the cost of a task, short enough to balance threads.
     const TILE: u32 = 16;
 
-    fn tiles(self) -> std::ops::Range<u32> {
+    fn tiles(self) -> Range<u32> {
         0..self.columns() * self.height().div_ceil(Self::TILE)
     }
 
@@ -355,7 +393,7 @@ impl<K: Fn(&JoinedPath) -> bool> Collector for ToFilm<'_, K> {
 /// Brings the paths of one task to their collector.
 struct TaskSink<'a, C> {
     renderer: &'a Renderer<'a>,
-    rays: u64,
+    rays: Rays,
     collector: C,
 }
 
@@ -379,11 +417,14 @@ impl<C: Collector> Sink for TaskSink<'_, C> {
 
     #[inline]
     fn shadow_ray(&mut self) {
-        self.rays += 1;
+        self.rays.visibility += 1;
     }
 
     #[inline]
-    fn walked(&mut self, rays: usize) {
-        self.rays += rays as u64;
+    fn walked(&mut self, transport: Transport, rays: usize) {
+        match transport {
+            Transport::Radiance => self.rays.camera += rays as u64,
+            Transport::Importance => self.rays.light += rays as u64,
+        }
     }
 }

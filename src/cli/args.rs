@@ -7,12 +7,14 @@ use rayon::{ThreadPool, ThreadPoolBuilder};
 use super::{
     environment::EnvironmentArgs,
     exit::Failure,
+    progress::{MOST_PASSES, Style},
     terminal::Verbosity,
-    values::{self, Bytes, LookAt},
+    values::{self, Bytes, LookAt, Shard},
 };
 use crate::{
     film::Crop,
     integrator::IntegratorKind,
+    io::{Limits, LoadOptions, Outside},
     path::{Roulette, Strategy},
     sampling::{Filter, SamplerKind},
     scene::bsdf::Directions,
@@ -42,12 +44,17 @@ pub(super) struct RenderArgs {
     pub(super) hemisphere: Option<Directions>,
 
     /// Samples per pixel [default: 64]
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1 << 24))]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=i64::from(MOST_PASSES)))]
     pub(super) spp: Option<u32>,
 
     /// Render for so long (30s, 5m, 2h) instead of a fixed number of samples
     #[arg(long, value_name = "TIME", conflicts_with = "spp", value_parser = values::duration)]
     pub(super) time: Option<Duration>,
+
+    /// Stop as soon as the relative noise of 95 % of the image's tiles is below this (5%, 0.05), which is looked at after 16, 32, 64, …
+    /// samples per pixel; --spp is then the most there may be [default then: 65536]
+    #[arg(long, value_name = "X", conflicts_with_all = ["time", "shard"], value_parser = values::noise)]
+    pub(super) noise: Option<f64>,
 
     #[command(flatten)]
     pub(super) size: SizeArgs,
@@ -90,7 +97,41 @@ pub(super) struct RenderArgs {
     pub(super) unweighted: bool,
 
     #[command(flatten)]
+    pub(super) part: PartArgs,
+
+    /// Show progress as a bar or lines, whatever suits (auto), as lines (plain), as a JSON object a line on standard output (json),
+    /// or not at all (none)
+    #[arg(long, value_name = "STYLE", default_value = "auto", value_parser = values::progress())]
+    pub(super) progress: Style,
+
+    /// Write what the render did and took to a JSON file: rays by kind, time by phase, memory, what was left out
+    #[arg(long, value_name = "FILE")]
+    pub(super) stats: Option<PathBuf>,
+
+    #[command(flatten)]
     pub(super) verbosity: VerbosityArgs,
+}
+
+/// Renders that are stopped, continued or shared among machines.
+#[derive(Debug, clap::Args)]
+pub(super) struct PartArgs {
+    /// Keep the exact state of the render in this .exr file, to --resume from: now and then, and at the end [default: none, but
+    /// Ctrl-C and SIGTERM finish the pass and write OUT.checkpoint.exr; a second one stops at once]
+    #[arg(long, value_name = "FILE")]
+    pub(super) checkpoint: Option<PathBuf>,
+
+    /// Time between checkpoints (60s, 5m; a bare number is seconds)
+    #[arg(long, value_name = "TIME", default_value = "60s", requires = "checkpoint", value_parser = values::duration)]
+    pub(super) checkpoint_every: Duration,
+
+    /// Go on from a checkpoint of the same scene and settings, also to more samples; the image is the same as if nothing had
+    /// happened
+    #[arg(long, value_name = "FILE")]
+    pub(super) resume: Option<PathBuf>,
+
+    /// Render only the I-th of N parts of the samples, I = 1…N, into an .exr file for 'pathspace merge'
+    #[arg(long, value_name = "I/N", conflicts_with = "time", value_parser = values::shard)]
+    pub(super) shard: Option<Shard>,
 }
 
 /// Which scene, from where, under which sky: what every command that renders asks for.
@@ -130,6 +171,40 @@ pub(super) struct SceneArgs {
 
     #[command(flatten)]
     pub(super) environment: EnvironmentArgs,
+
+    #[command(flatten)]
+    pub(super) load: LoadArgs,
+}
+
+/// What a scene file may ask for.
+#[derive(Debug, clap::Args)]
+pub(super) struct LoadArgs {
+    /// Refuse files that have more of something: file-bytes, texels, environment-texels, vertices (of an accessor), zeros (without
+    /// data), triangles, instances or depth (of nodes); may be given several times, N like 1000 or 64M
+    #[arg(long = "limit", value_name = "NAME=N", value_parser = values::limit)]
+    limits: Vec<(&'static str, u64)>,
+
+    /// Follow paths in the scene file that lead out of its folder
+    #[arg(long)]
+    allow_outside: bool,
+}
+
+impl LoadArgs {
+    pub(super) fn limits(&self) -> Limits {
+        let mut limits = Limits::default();
+        for (name, value) in &self.limits {
+            if let Some(limit) = limits.get_mut(name) {
+                *limit = *value;
+            }
+        }
+        limits
+    }
+
+    /// How to read a file of which this scene is wanted.
+    pub(super) fn options<'a>(&self, scene: Option<&'a str>) -> LoadOptions<'a> {
+        let outside = if self.allow_outside { Outside::Allowed } else { Outside::Refused };
+        LoadOptions { scene, limits: self.limits(), outside }
+    }
 }
 
 /// How large the image is.
@@ -151,19 +226,24 @@ pub(super) struct SizeArgs {
 impl SizeArgs {
     /// Refuses what takes more than the limit, for these pixels.
     pub(super) fn check_memory(&self, needed: u64, pixels: Crop) -> Result<(), Failure> {
-        let limit = self.memory_limit.0;
-        if needed <= limit {
-            return Ok(());
-        }
-        let mib = |bytes: u64| bytes.div_ceil(1 << 20);
-        Err(Failure::usage(format!(
-            "{} × {} pixels need {} MiB of memory, more than the limit of {} MiB (--memory-limit, or a smaller image)",
-            pixels.width(),
-            pixels.height(),
-            mib(needed),
-            mib(limit)
-        )))
+        check_memory(needed, self.memory_limit, pixels)
     }
+}
+
+/// Refuses what takes more than `limit`, for these pixels.
+pub(super) fn check_memory(needed: u64, limit: Bytes, pixels: Crop) -> Result<(), Failure> {
+    let limit = limit.0;
+    if needed <= limit {
+        return Ok(());
+    }
+    let mib = |bytes: u64| bytes.div_ceil(1 << 20);
+    Err(Failure::usage(format!(
+        "{} × {} pixels need {} MiB of memory, more than the limit of {} MiB (--memory-limit, or a smaller image)",
+        pixels.width(),
+        pixels.height(),
+        mib(needed),
+        mib(limit)
+    )))
 }
 
 /// Which paths, and by which random numbers.

@@ -4,7 +4,7 @@ use std::{path::PathBuf, sync::Arc};
 
 use super::{exit::Failure, terminal::Terminal, values};
 use crate::{
-    io::{self, Loaded},
+    io::{self, Limits, Loaded},
     math::Rgb,
     scene::light::{BRIGHTEST, Light},
 };
@@ -48,10 +48,15 @@ pub(super) struct Environment {
 }
 
 /// The environment that the options ask for, or a neutral one for a scene without light.
-pub(super) fn choose(args: &EnvironmentArgs, loaded: &Loaded, terminal: Terminal) -> Result<Environment, Failure> {
+pub(super) fn choose(
+    args: &EnvironmentArgs,
+    limits: &Limits,
+    loaded: &Loaded,
+    terminal: Terminal,
+) -> Result<Environment, Failure> {
     let scale = args.env_scale.unwrap_or(1.0);
     if let Some(path) = &args.env {
-        let file = io::load_environment(path, scale, args.env_rotate.to_radians())
+        let file = io::load_environment_within(limits, path, scale, args.env_rotate.to_radians())
             .map_err(|error| Failure::input(error.to_string()))?;
         for warning in &file.warnings {
             terminal.warn(warning);

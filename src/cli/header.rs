@@ -1,12 +1,16 @@
 //! What an image file says about how it was made: everything that changes pixels, and nothing else. No paths,
 //! threads, hosts, dates or timings, so that the same image is the same file wherever it was rendered.
 
+use std::collections::BTreeMap;
+
+use super::passes::Passes;
 use crate::{
-    film::{Crop, Film, Header},
+    film::{Crop, Film, FixedPoint, Header},
     integrator::Weighting,
     io::{NamedCamera, ThinLens, View},
     path::Roulette,
     render::{Background, Settings},
+    sampling::Filter,
     scene::{bsdf::Directions, camera::Sensor},
 };
 
@@ -25,8 +29,9 @@ pub(super) struct Job<'a> {
     pub(super) environment: Option<String>,
 }
 
-/// The header of the image after `passes` passes.
-pub(super) fn header(job: &Job<'_>, film: &Film, passes: u32) -> Header {
+/// What changes pixels, by its name in the header, whatever the number of samples: two renders for which this is the same, and
+/// the size, are parts of one.
+pub(super) fn settings(job: &Job<'_>, scale: FixedPoint) -> BTreeMap<String, String> {
     let settings = job.settings;
     let camera = job.camera;
     let mut attributes = vec![
@@ -34,15 +39,13 @@ pub(super) fn header(job: &Job<'_>, film: &Film, passes: u32) -> Header {
         ("scene", job.scene_hash.clone()),
         ("camera", format!("at {} to {} up {} {}", camera.position, camera.forward, camera.up, view(camera.view))),
         ("integrator", settings.integrator.to_string()),
-        ("spp", passes.to_string()),
         ("sampler", settings.sampler.to_string()),
         ("seed", settings.seed.to_string()),
         ("max-depth", settings.max_depth.to_string()),
         ("roulette", roulette(settings.roulette)),
-        ("filter", settings.filter.to_string()),
-        ("quantum", format!("2^{}", film.scale().exponent())),
+        (FILTER, settings.filter.to_string()),
+        (QUANTUM, format!("2^{}", scale.exponent())),
         ("instructions", INSTRUCTIONS.to_owned()),
-        ("noise", noise(film, passes)),
     ];
     if settings.hemisphere != Directions::Bsdf {
         attributes.push(("hemisphere", settings.hemisphere.name().to_owned()));
@@ -70,11 +73,32 @@ pub(super) fn header(job: &Job<'_>, film: &Film, passes: u32) -> Header {
         let Crop { x0, y0, x1, y1 } = settings.crop;
         attributes.push(("crop", format!("{x0},{y0},{x1},{y1}")));
     }
+    attributes.into_iter().map(|(name, value)| (name.to_owned(), value)).collect()
+}
+
+/// The filter and the film's unit, of which a film can be made again: what [`settings`] says of them.
+pub(super) fn film_of(settings: &BTreeMap<String, String>) -> Option<(Filter, FixedPoint)> {
+    let exponent = settings.get(QUANTUM)?.strip_prefix("2^")?.parse().ok()?;
+    Some((settings.get(FILTER)?.parse().ok()?, FixedPoint::with_exponent(exponent)))
+}
+
+const FILTER: &str = "filter";
+const QUANTUM: &str = "quantum";
+
+/// The header of the image that is the mean of `passes`.
+pub(super) fn header(sensor: Sensor, settings: &BTreeMap<String, String>, film: &Film, passes: &Passes) -> Header {
+    let mut attributes: Vec<_> = settings.clone().into_iter().collect();
+    let mut add = |name: &str, value| attributes.push((name.to_owned(), value));
+    add("spp", passes.count().to_string());
+    add("noise", noise(passes.noise(film), passes.count()));
+    if !passes.is_from_start() {
+        add("passes", passes.to_string());
+    }
     let errors = film.errors();
     if !errors.is_empty() {
-        attributes.push(("errors", format!("{errors:?}")));
+        add("errors", format!("{errors:?}"));
     }
-    Header { sensor: job.sensor, crop: settings.crop, attributes }
+    Header { sensor, crop: film.crop(), attributes }
 }
 
 fn view(view: View) -> String {
@@ -95,10 +119,11 @@ fn roulette(roulette: Roulette) -> String {
 }
 
 /// What is known about the noise, in words where it is nothing.
-fn noise(film: &Film, passes: u32) -> String {
-    match film.noise(passes) {
+fn noise(noise: Option<f64>, passes: u32) -> String {
+    match noise {
         Some(noise) => format!("relMSE {noise:.4e} from two half images"),
         None if passes == 1 => "unknown: one sample per pixel".to_owned(),
+        None if passes.is_multiple_of(2) => "unknown: the half images differ in length".to_owned(),
         None => "unknown: the half images of an odd number of samples differ in length".to_owned(),
     }
 }

@@ -2,7 +2,7 @@
 
 use std::{collections::BTreeMap, path::PathBuf};
 
-use super::{environment::NEUTRAL, exit::Failure, info_json, terminal};
+use super::{args::LoadArgs, environment::NEUTRAL, exit::Failure, info_json, terminal};
 use crate::{
     io::{self, Loaded, PunctualLight, Summary, ThinLens, View},
     scene::{
@@ -22,13 +22,16 @@ pub(super) struct InfoArgs {
     #[arg(long, value_name = "NAME|INDEX", allow_hyphen_values = true)]
     scene: Option<String>,
 
+    #[command(flatten)]
+    load: LoadArgs,
+
     /// Write JSON for programs: lengths in metres, angles in radians
     #[arg(long)]
     json: bool,
 }
 
 pub(super) fn run(args: &InfoArgs) -> Result<(), Failure> {
-    let loaded = io::load_scene(&args.file, args.scene.as_deref())?;
+    let loaded = io::load_with(&args.file, &args.load.options(args.scene.as_deref()))?;
     if args.json {
         terminal::answer(format_args!("{:#}", info_json::describe(&loaded)));
         return Ok(());

@@ -4,12 +4,21 @@ mod args;
 mod camera;
 mod environment;
 mod exit;
+mod foretell;
 mod header;
 mod info;
 mod info_json;
+mod interrupt;
+mod keep;
+mod merge;
 mod opened;
+mod passes;
+mod pictures;
 mod progress;
 mod render;
+mod render_passes;
+mod saved;
+mod stats;
 mod terminal;
 mod values;
 mod verify;
@@ -41,6 +50,9 @@ enum Command {
     /// Render a scene to image files
     #[command(after_help = Exit::help())]
     Render(Box<args::RenderArgs>),
+    /// Put the shards of a render together: exactly the image that one render would have made
+    #[command(after_help = Exit::help())]
+    Merge(merge::MergeArgs),
     /// Check that the integrators agree on a scene, and say what each of them cannot see
     #[command(after_help = Exit::help())]
     Verify(Box<verify::VerifyArgs>),
@@ -66,7 +78,8 @@ pub fn run() -> Exit {
 
 fn dispatch(command: &Command) -> Result<Exit, Failure> {
     match command {
-        Command::Render(args) => render::run(args).map(|()| Exit::Done),
+        Command::Render(args) => render::run(args),
+        Command::Merge(args) => merge::run(args).map(|()| Exit::Done),
         Command::Verify(args) => verify::run(args),
         Command::Info(args) => info::run(args).map(|()| Exit::Done),
     }

@@ -17,7 +17,7 @@ pub(super) struct Opened {
 impl Opened {
     /// Reads the file, and says what is wrong with it.
     pub(super) fn read(args: &SceneArgs, terminal: Terminal) -> Result<Self, Failure> {
-        let loaded = io::load_scene(&args.file, args.scene.as_deref())?;
+        let loaded = io::load_with(&args.file, &args.load.options(args.scene.as_deref()))?;
         terminal.detail(info::describe(&loaded));
         for warning in &loaded.warnings {
             terminal.warn(warning);
@@ -34,7 +34,7 @@ impl Opened {
         sensor: Sensor,
         terminal: Terminal,
     ) -> Result<(Scene, Option<String>), Failure> {
-        let environment = environment::choose(&args.environment, &self.loaded, terminal)?;
+        let environment = environment::choose(&args.environment, &args.load.limits(), &self.loaded, terminal)?;
         Ok((self.loaded.into_scene(self.view.to_camera(sensor), environment.light), environment.recorded))
     }
 }

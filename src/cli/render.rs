@@ -1,27 +1,38 @@
 //! `pathspace render`.
 
-use std::{path::PathBuf, time::Instant};
+use std::{collections::BTreeMap, ops::Range, path::PathBuf};
 
-use rayon::ThreadPool;
+use serde_json::{Value, json};
 
 use super::{
     args::RenderArgs,
     camera,
-    exit::Failure,
-    header::{Job, header},
+    exit::{Exit, Failure},
+    foretell::foretell,
+    header::{self, Job, header},
+    interrupt::Interrupt,
+    keep::{Keeper, resume_command},
     opened::Opened,
-    progress::{Clock, Goal, Moment, Progress},
+    passes::Passes,
+    pictures::Outputs,
+    progress::{Goal, MOST_PASSES, Progress},
+    render_passes::{self, Quality},
+    saved,
+    stats::{self, Phases, Stats},
     terminal::Terminal,
+    values::Shard,
 };
 use crate::{
-    film::{Coverage, Crop, Exposure, Film, Format, check_writable, encode_exr, encode_png, write_atomically},
+    film::{CheckpointHeader, Coverage, Crop, Exposure, Film},
     integrator::{IntegratorKind, Weighting},
     path::Strategy,
     render::{Background, Renderer, Settings},
-    scene::{Scene, camera::Sensor, light::Light},
+    scene::camera::Sensor,
 };
 
 const DEFAULT_SPP: u32 = 64;
+/// With `--noise`: some images have tiles that never become quiet.
+const MOST_FOR_NOISE: u32 = 1 << 16;
 const DEFAULT_WIDTH: u32 = 512;
 /// Besides the film's sums: the image, two halves while the noise is estimated, and the files before they are written.
 const IMAGE_BYTES_PER_PIXEL: u64 = 52;
@@ -29,18 +40,23 @@ const IMAGE_BYTES_PER_PIXEL: u64 = 52;
 const ALPHA_BYTES_PER_PIXEL: u64 = 12;
 
 /// Renders as `args` say. What can be refused is refused before the first ray: wrong options, outputs that cannot be
-/// written, scenes that cannot be read, images that do not fit into memory.
-pub(super) fn run(args: &RenderArgs) -> Result<(), Failure> {
+/// written, scenes that cannot be read, images that do not fit into memory, checkpoints of something else.
+pub(super) fn run(args: &RenderArgs) -> Result<Exit, Failure> {
     let terminal = Terminal::new(args.verbosity.verbosity());
+    let interrupt = Interrupt::watch().map_err(|error| Failure::usage(format!("cannot watch for signals: {error}")))?;
     let only = only(args)?;
     if args.hemisphere.is_some() && args.integrator != IntegratorKind::PathHemisphere {
         let name = args.integrator;
         return Err(Failure::usage(format!("--hemisphere says how -i path-hemisphere samples, and this is -i {name}")));
     }
     let outputs = outputs(args)?;
+    Keeper::check(&args.part, &outputs)?;
+    stats::check(args.stats.as_ref(), &outputs)?;
     let pool = args.paths.thread_pool()?;
+    let mut phases = Phases::start();
 
     let opened = Opened::read(&args.scene, terminal)?;
+    phases.end("read");
     let sensor = camera::sensor(&args.size, DEFAULT_WIDTH, args.filter.padding(), &opened.view);
     let settings = settings(args, crop(args, sensor)?, only);
     check_memory(args, &settings)?;
@@ -49,11 +65,98 @@ pub(super) fn run(args: &RenderArgs) -> Result<(), Failure> {
     let job = Job { scene_hash, shown, camera: &view, sensor, settings: &settings, environment };
     foretell(&job, &scene, args.paths.max_depth, terminal);
 
-    let mut renderer = pool.install(|| Renderer::new(&scene, &settings));
-    let goal = args.time.map_or(Goal::Passes(args.spp.unwrap_or(DEFAULT_SPP)), Goal::Time);
-    let last = render(&mut renderer, &pool, goal, terminal);
-    summarise(&renderer, &last, terminal);
-    write(args, &outputs, &job, &renderer, terminal)
+    let Wanted { passes, goal, whole } = wanted(args);
+    let renderer = pool.install(|| Renderer::new(&scene, &settings));
+    phases.end("build");
+    let recorded = header::settings(&job, renderer.film().scale());
+    let mut renderer = match &args.part.resume {
+        None => renderer.starting_at(passes.start),
+        Some(path) => saved::resume(renderer, path, sensor, &recorded, passes)?,
+    };
+    phases.end("resume");
+    let mut keeper = Keeper::new(&args.part, &outputs, sensor, &recorded, whole);
+    let mut progress = Progress::new(args.progress, terminal);
+    progress.event(|| started(&job, &renderer, whole));
+    let quality = args.noise.map(Quality::new);
+    let ended =
+        render_passes::run(&mut renderer, &pool, (goal, quality), &mut keeper, &interrupt, &mut progress, terminal);
+    render_passes::summarise(&renderer, &ended.moment, terminal);
+    if let Some(quality) = ended.quality.filter(|quality| !quality.is_reached() && ended.interrupted.is_none()) {
+        terminal.warn(format_args!("{} spp are not enough for --noise {}", ended.moment.passes, quality.below));
+    }
+    phases.end("render");
+
+    // The checkpoint first: it is what cannot be made again from the image.
+    let checkpoint = match ended.interrupted {
+        None => keeper.at_end(&renderer)?,
+        Some(_) => Some(keeper.at_interruption(&renderer)?),
+    };
+    let written = match (args.part.shard, ended.interrupted) {
+        // Half a shard is none.
+        (Some(_), Some(_)) => false,
+        (Some(_), None) => outputs.write_bytes(saved::encode(&renderer, sensor, &recorded, whole)).map(|()| true)?,
+        (None, _) => write(args, &outputs, sensor, &recorded, &renderer, ended.quality, terminal).map(|()| true)?,
+    };
+    phases.end("write");
+    if let Some(path) = &args.stats {
+        let threads = pool.current_num_threads();
+        let stats = Stats { job: &job, renderer: &renderer, ended: &ended, keeper: &keeper, phases: &phases, threads };
+        stats.write(path)?;
+    }
+    if written {
+        terminal.say(outputs.said());
+    }
+    if let (Some(_), Some(checkpoint)) = (ended.interrupted, checkpoint) {
+        terminal.say(format_args!("interrupted; to go on: {}", resume_command(checkpoint)));
+    }
+    progress.event(|| {
+        let files: Vec<_> = outputs.paths().filter(|_| written).map(|path| path.display().to_string()).collect();
+        let checkpoint = checkpoint.map(|path| path.display().to_string());
+        json!({
+            "event": "end",
+            "outcome": ended.outcome(),
+            "exit": ended.exit() as u8,
+            "spp": ended.moment.passes,
+            "elapsed": ended.moment.elapsed.as_secs_f64(),
+            "noise": ended.moment.noise,
+            "files": files,
+            "checkpoint": checkpoint,
+        })
+    });
+    Ok(ended.exit())
+}
+
+/// The first object of `--progress json`.
+fn started(job: &Job<'_>, renderer: &Renderer<'_>, whole: Option<u32>) -> Value {
+    json!({
+        "event": "start",
+        "layout": stats::LAYOUT,
+        "version": env!("CARGO_PKG_VERSION"),
+        "scene": job.scene_hash,
+        "width": job.sensor.width,
+        "height": job.sensor.height,
+        "integrator": job.settings.integrator.name(),
+        "whole_spp": whole,
+        "first_sample": renderer.range().start,
+        "resumed_spp": renderer.passes(),
+    })
+}
+
+/// Which passes are to be rendered.
+struct Wanted {
+    passes: Range<u32>,
+    goal: Goal,
+    /// How many there are in the whole image, if that is known.
+    whole: Option<u32>,
+}
+
+fn wanted(args: &RenderArgs) -> Wanted {
+    if let Some(time) = args.time {
+        return Wanted { passes: 0..MOST_PASSES, goal: Goal::Time(time), whole: None };
+    }
+    let spp = args.spp.unwrap_or(if args.noise.is_some() { MOST_FOR_NOISE } else { DEFAULT_SPP });
+    let passes = args.part.shard.map_or(0..spp, |shard| shard.passes(spp));
+    Wanted { goal: Goal::Passes(passes.len() as u32), passes, whole: Some(spp) }
 }
 
 fn only(args: &RenderArgs) -> Result<Option<(Strategy, Weighting)>, Failure> {
@@ -74,29 +177,28 @@ fn only(args: &RenderArgs) -> Result<Option<(Strategy, Weighting)>, Failure> {
     Ok(Some((strategy, if args.unweighted { Weighting::Unweighted } else { Weighting::Weighted })))
 }
 
-/// The files to write, each of a known format and in a place where files can be created.
-fn outputs(args: &RenderArgs) -> Result<Vec<(PathBuf, Format)>, Failure> {
-    let mut paths = args.output.clone();
-    if paths.is_empty() {
-        let mut stem = args.scene.file.file_stem().unwrap_or("pathspace".as_ref()).to_owned();
-        stem.push("-");
-        stem.push(args.integrator.name());
-        for extension in [".exr", ".png"] {
-            let mut name = stem.clone();
-            name.push(extension);
-            paths.push(name.into());
+/// The files to write.
+fn outputs(args: &RenderArgs) -> Result<Outputs, Failure> {
+    if !args.output.is_empty() {
+        let outputs = Outputs::check(args.output.clone())?;
+        if let Some(png) = outputs.png().filter(|_| args.part.shard.is_some()) {
+            let what = "a shard is exact sums for 'pathspace merge', which only an .exr file can hold";
+            return Err(Failure::usage(format!("cannot write '{}': {what}", png.display())));
         }
+        return Ok(outputs);
     }
-    let with_format = |path: PathBuf| {
-        let refuse = |reason| Failure::usage(format!("cannot write '{}': {reason}", path.display()));
-        let format = Format::of(&path).map_err(refuse)?;
-        Ok((path, format))
+    let stem = args.scene.file.file_stem().unwrap_or("pathspace".as_ref());
+    let integrator = args.integrator;
+    let ends = match args.part.shard {
+        Some(Shard { index, count }) => vec![format!("-{integrator}-{index}-of-{count}.exr")],
+        None => [".exr", ".png"].map(|extension| format!("-{integrator}{extension}")).to_vec(),
     };
-    let outputs = paths.into_iter().map(with_format).collect::<Result<Vec<_>, Failure>>()?;
-    for (path, _) in &outputs {
-        check_writable(path).map_err(|error| Failure::output(error.to_string()))?;
-    }
-    Ok(outputs)
+    let name = |end: String| {
+        let mut name = stem.to_owned();
+        name.push(end);
+        PathBuf::from(name)
+    };
+    Outputs::check(ends.into_iter().map(name).collect())
 }
 
 fn crop(args: &RenderArgs, sensor: Sensor) -> Result<Crop, Failure> {
@@ -131,136 +233,26 @@ fn check_memory(args: &RenderArgs, settings: &Settings) -> Result<(), Failure> {
         Background::Shown => 0,
         Background::Transparent => Coverage::memory(pixels) + ALPHA_BYTES_PER_PIXEL * pixels,
     };
-    let needed = Film::memory(pixels) + IMAGE_BYTES_PER_PIXEL * pixels + alpha;
+    // A checkpoint is there twice while it is written: as integers, and as the file.
+    let checkpoint = 2 * CheckpointHeader::bytes(pixels, settings.background == Background::Transparent);
+    let needed = Film::memory(pixels) + alpha + checkpoint.max(IMAGE_BYTES_PER_PIXEL * pixels);
     args.size.check_memory(needed, settings.crop)
 }
 
-/// Says beforehand what would surprise afterwards. `max_depth` is what was asked for.
-fn foretell(job: &Job<'_>, scene: &Scene, max_depth: u32, terminal: Terminal) {
-    let Job { sensor, settings, .. } = job;
-    let Sensor { width, height, .. } = sensor;
-    let integrator = settings.integrator;
-    terminal.detail(format_args!("rendering {width}×{height} pixels with {integrator}"));
-    let specular = 100.0 * scene.seen_specular_fraction();
-    if settings.integrator == IntegratorKind::Light && specular > 0.0 {
-        terminal.warn(format_args!(
-            "mirrors and glass that the camera sees, about {specular:.1} % of the image, will be black: light tracing \
-             connects every vertex to the camera, and a mirror reflects a given connection with probability zero (-i \
-             bdpt or hybrid see them)"
-        ));
-    }
-    let around = |light: &Light| matches!(light, Light::Environment { .. } | Light::EnvironmentMap(_));
-    let background = settings.background == Background::Shown && scene.lights().all().iter().any(around);
-    if integrator == IntegratorKind::Light && scene.camera.is_orthographic() && background {
-        terminal.warn(
-            "the environment behind the scene will not be seen: light from it arrives along an orthographic camera's one \
-             direction with probability zero (-i path, bdpt or hybrid see it)",
-        );
-    }
-    if scene.lights().is_empty() {
-        terminal.warn("the scene has no light, so the image will be black");
-    }
-    if integrator == IntegratorKind::Area {
-        if max_depth > settings.max_depth {
-            let longest = settings.max_depth;
-            terminal
-                .say(format_args!("note: area sampling stops at paths of {longest} edges, whatever --max-depth says"));
-        }
-        if specular > 0.0 {
-            terminal.warn(
-                "mirrors and glass will be black: area sampling never finds their one direction (-i path or bdpt do)",
-            );
-        }
-        if !scene.lights().all().iter().all(|light| matches!(light, Light::Area { .. })) {
-            terminal.warn(
-                "lights that are no surfaces will be dark: area sampling finds emitting surfaces alone (-i bdpt)",
-            );
-        }
-    }
-    if settings.integrator == IntegratorKind::PathHemisphere && !scene.lights().all().iter().all(Light::has_extent) {
-        terminal.warn(
-            "point lights, spots and suns will be dark: path-hemisphere waits until a walk hits a light, and these \
-             have no extent (-i path or bdpt sample them)",
-        );
-    }
-    if settings.integrator.traces_from_lights() && settings.crop != Crop::full(*sensor) {
-        let part = 100.0 * settings.crop.pixels() as f64 / f64::from(sensor.pixels());
-        terminal.say(format_args!(
-            "note: the crop is {part:.1} % of the image, but all of its light paths are traced, since any may land there"
-        ));
-    }
-}
-
-fn render(renderer: &mut Renderer<'_>, pool: &ThreadPool, goal: Goal, terminal: Terminal) -> Moment {
-    let start = Instant::now();
-    let mut progress = Progress::new(terminal);
-    let mut noise = None;
-    while !goal.is_reached(renderer.passes(), start.elapsed()) {
-        pool.install(|| renderer.pass());
-        if progress.is_due() {
-            noise = renderer.film().noise(renderer.passes()).or(noise);
-            let moment = moment(renderer, goal, start, noise);
-            progress.show(moment.fraction(), &moment);
-        }
-    }
-    progress.finish();
-    let end = moment(renderer, goal, start, None);
-    Moment { noise: renderer.film().noise(end.passes), ..end }
-}
-
-fn moment(renderer: &Renderer<'_>, goal: Goal, start: Instant, noise: Option<f64>) -> Moment {
-    let passes = renderer.passes();
-    let samples = renderer.film().crop().pixels() * u64::from(passes);
-    Moment { goal, passes, elapsed: start.elapsed(), samples, rays: renderer.statistics().rays, noise }
-}
-
-/// What was done, what is known about the noise, and what went wrong.
-fn summarise(renderer: &Renderer<'_>, end: &Moment, terminal: Terminal) {
-    let statistics = renderer.statistics();
-    terminal.detail(format_args!("{} samples, {} rays", statistics.samples, statistics.rays));
-    for (technique, count) in statistics.rejected {
-        terminal.warn(format_args!("technique {technique} made {count} contributions that are no number, left out"));
-    }
-    let errors = renderer.film().errors();
-    let faults = [
-        (errors.non_finite, "contributions were not finite and are left out"),
-        (errors.negative, "contributions were negative and are left out"),
-        (errors.out_of_range, "contributions were too large for the film and are left out"),
-        (errors.overflow, "sums of pixels overflowed: these pixels are wrong"),
-    ];
-    for (count, what) in faults.into_iter().filter(|(count, _)| *count > 0) {
-        terminal.warn(format_args!("{count} {what}"));
-    }
-    let noise = match end.noise {
-        Some(noise) => format!("noise {noise:.2e} (relMSE, from two half images)"),
-        None if end.passes == 1 => "noise unknown (one sample per pixel)".to_owned(),
-        None => "noise unknown (odd number of samples)".to_owned(),
-    };
-    terminal.say(format_args!("{} spp in {}, {noise}", end.passes, Clock(end.elapsed)));
-}
-
+/// Writes the image to all outputs.
 fn write(
     args: &RenderArgs,
-    outputs: &[(PathBuf, Format)],
-    job: &Job<'_>,
+    outputs: &Outputs,
+    sensor: Sensor,
+    recorded: &BTreeMap<String, String>,
     renderer: &Renderer<'_>,
+    quality: Option<Quality>,
     terminal: Terminal,
 ) -> Result<(), Failure> {
-    let (film, passes) = (renderer.film(), renderer.passes());
-    let (image, alpha) = (film.image(passes), renderer.alpha());
+    let (film, passes) = (renderer.film(), Passes::from(renderer.range()));
     let exposure = args.exposure.map_or(Exposure::Auto, Exposure::Ev);
-    for (path, format) in outputs {
-        let bytes = match format {
-            Format::Exr => encode_exr(&image, alpha.as_deref(), &header(job, film, passes)),
-            Format::Png => {
-                terminal.detail(format_args!("exposure {:+.2} EV", exposure.ev(&image)));
-                encode_png(&image, alpha.as_deref(), exposure)
-            }
-        };
-        let refuse = |error| Failure::output(format!("cannot write '{}': {error}", path.display()));
-        write_atomically(path, &bytes.map_err(refuse)?).map_err(|error| Failure::output(error.to_string()))?;
-    }
-    let names: Vec<_> = outputs.iter().map(|(path, _)| path.display().to_string()).collect();
-    terminal.say(format_args!("wrote {}", names.join(" and ")));
-    Ok(())
+    let mut header = header(sensor, recorded, film, &passes);
+    // It chose the number of samples by what they showed.
+    header.attributes.extend(quality.map(|quality| ("noise-target".to_owned(), quality.to_string())));
+    outputs.write(&film.image(passes.count()), renderer.alpha().as_deref(), &header, exposure, terminal)
 }

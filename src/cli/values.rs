@@ -1,13 +1,15 @@
 //! How the values of options are written.
 
-use std::time::Duration;
+use std::{ops::Range, time::Duration};
 
 use clap::builder::{PossibleValuesParser, TypedValueParser};
 use glam::Vec3;
 
+use super::progress::Style;
 use crate::{
     film::Crop,
     integrator::IntegratorKind,
+    io::Limits,
     math::Rgb,
     path::{Roulette, Strategy},
     sampling::{Filter, SamplerKind},
@@ -25,6 +27,23 @@ pub(super) struct LookAt {
 /// `--memory-limit` in bytes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Bytes(pub(super) u64);
+
+/// `--shard`: one of several parts of the samples.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct Shard {
+    /// From 1.
+    pub(super) index: u32,
+    pub(super) count: u32,
+}
+
+impl Shard {
+    /// Its part of so many passes. The parts of all shards are as equal as can be, and some are empty if there are more of them
+    /// than passes.
+    pub(super) fn passes(self, whole: u32) -> Range<u32> {
+        let end = |shards: u32| (u64::from(whole) * u64::from(shards) / u64::from(self.count)) as u32;
+        end(self.index - 1)..end(self.index)
+    }
+}
 
 pub(super) fn integrator() -> impl TypedValueParser<Value = IntegratorKind> {
     PossibleValuesParser::new(IntegratorKind::ALL.map(IntegratorKind::name))
@@ -50,6 +69,11 @@ pub(super) fn sampler() -> impl TypedValueParser<Value = SamplerKind> {
     PossibleValuesParser::new(SamplerKind::ALL.map(SamplerKind::name)).try_map(|name| name.parse::<SamplerKind>())
 }
 
+pub(super) fn progress() -> impl TypedValueParser<Value = Style> {
+    PossibleValuesParser::new(Style::ALL.map(Style::name))
+        .try_map(|name| Style::ALL.into_iter().find(|style| style.name() == name).ok_or("no such style"))
+}
+
 /// `30s`, `1.5m`, `2h`, `500ms`; a bare number is seconds.
 pub(super) fn duration(text: &str) -> Result<Duration, String> {
     let (number, unit) = split_unit(text);
@@ -65,6 +89,15 @@ pub(super) fn duration(text: &str) -> Result<Duration, String> {
         Ok(duration) if !duration.is_zero() => Ok(duration),
         _ => Err("a time must be positive".to_owned()),
     }
+}
+
+/// `triangles=64M`; K, M, G and T are powers of 1024 as in sizes.
+pub(super) fn limit(text: &str) -> Result<(&'static str, u64), String> {
+    let known =
+        || format!("a limit is written like triangles=64M, and its name is one of {}", Limits::NAMES.join(", "));
+    let (name, value) = text.split_once('=').ok_or_else(known)?;
+    let name = Limits::NAMES.into_iter().find(|known| *known == name).ok_or_else(known)?;
+    bytes(value).map(|Bytes(value)| (name, value)).map_err(|_| known())
 }
 
 /// `4GiB`, `512MiB`, `4G`; a bare number is bytes.
@@ -94,6 +127,16 @@ pub(super) fn percentage(text: &str) -> Result<f64, String> {
     fraction.ok_or_else(|| "a bias is written like 2%, between 0% and 100%".to_owned())
 }
 
+/// `5%` or `0.05`, as a fraction.
+pub(super) fn noise(text: &str) -> Result<f64, String> {
+    let number = |text: &str| text.trim().parse::<f64>().ok();
+    let fraction = match text.strip_suffix('%') {
+        Some(percent) => number(percent).map(|percent| percent / 100.0),
+        None => number(text),
+    };
+    fraction.filter(|x| *x > 0.0 && *x < 1.0).ok_or_else(|| "a noise is written like 5% or 0.05, below 100%".to_owned())
+}
+
 /// `x0,y0,x1,y1`.
 pub(super) fn crop(text: &str) -> Result<Crop, String> {
     match numbers::<u32>(text)?[..] {
@@ -110,6 +153,16 @@ pub(super) fn strategy(text: &str) -> Result<Strategy, String> {
         [0, 1] => Err("a path has at least two vertices: s + t ≥ 2".to_owned()),
         [s, t] if s <= 256 && t <= 256 => Ok(Strategy { s, t }),
         _ => Err("a strategy is two numbers of vertices s,t".to_owned()),
+    }
+}
+
+/// `I/N`.
+pub(super) fn shard(text: &str) -> Result<Shard, String> {
+    let parts = text.split_once('/').and_then(|(i, n)| Some((i.trim().parse().ok()?, n.trim().parse().ok()?)));
+    match parts {
+        Some((index, count)) if (1..=count).contains(&index) => Ok(Shard { index, count }),
+        Some(_) => Err("the shards of N are 1/N, 2/N, … N/N".to_owned()),
+        None => Err("a shard is written like 2/16".to_owned()),
     }
 }
 
@@ -192,8 +245,35 @@ mod tests {
     }
 
     #[test]
+    fn limits_have_names_and_numbers() {
+        assert_eq!(limit("triangles=64M"), Ok(("triangles", 64 << 20)));
+        assert_eq!(limit("depth=3"), Ok(("depth", 3)));
+        for bad in ["", "triangles", "height=3", "depth=", "depth=-1", "=3", "depth=0"] {
+            assert!(limit(bad).is_err_and(|error| error.contains("environment-texels")), "{bad}");
+        }
+    }
+
+    #[test]
+    fn shards_are_a_partition() {
+        assert_eq!(shard("2/16"), Ok(Shard { index: 2, count: 16 }));
+        for bad in ["", "2", "0/3", "4/3", "-1/3", "1/0", "1/2/3", "a/b", "1/4294967296"] {
+            assert!(shard(bad).is_err(), "{bad}");
+        }
+        for (whole, count) in [(1, 1), (64, 3), (3, 16), (1 << 24, 1000), (7, 7), (5, u32::MAX)] {
+            let shards = (1..=count.min(1000)).map(|index| Shard { index, count }.passes(whole));
+            let end = shards.fold(0, |end, range| {
+                assert!(range.start == end && range.len() as u32 <= whole.div_ceil(count), "{range:?} of {whole}");
+                range.end
+            });
+            assert!(end == whole || count > 1000);
+        }
+    }
+
+    #[test]
     fn a_bias_is_a_percentage() {
         assert_eq!((percentage("2%"), percentage("0.5 %")), (Ok(0.02), Ok(0.005)));
+        assert_eq!((noise("5%"), noise("0.05")), (Ok(0.05), Ok(0.05)));
+        assert!(["0", "1", "100%", "-1%", "", "%", "nan"].iter().all(|bad| noise(bad).is_err()));
         for bad in ["2", "0%", "-1%", "100%", "nan%", "%", "0.02"] {
             assert!(percentage(bad).is_err(), "{bad}");
         }

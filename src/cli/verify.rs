@@ -1,13 +1,13 @@
 //! `pathspace verify`.
 
-use std::{path::PathBuf, time::Duration};
+use std::{fmt, path::PathBuf, time::Duration};
 
 use super::{
     args::{PathArgs, SceneArgs, SizeArgs, VerbosityArgs},
     camera,
     exit::{Exit, Failure},
     opened::Opened,
-    progress::{Clock, Progress},
+    progress::{Clock, Progress, Step, Style},
     terminal::{self, Terminal},
     values, verify_json, verify_pictures, verify_text,
 };
@@ -96,7 +96,7 @@ pub(super) fn run(args: &VerifyArgs) -> Result<Exit, Failure> {
     let (scene, environment) = opened.into_scene(&args.scene, sensor, terminal)?;
     let job = Job { plan, sensor, scene_hash, environment };
 
-    let mut progress = Progress::new(terminal);
+    let mut progress = Progress::new(Style::Auto, terminal);
     let budget = job.plan.budget;
     // The bar stays on this thread, and the pool has others.
     let (parts, heard) = std::sync::mpsc::channel();
@@ -108,7 +108,7 @@ pub(super) fn run(args: &VerifyArgs) -> Result<Exit, Failure> {
         });
         for part in heard {
             if progress.is_due() {
-                progress.show(part, &spent(budget, part));
+                progress.show(&Spent { budget, part });
             }
         }
         worker.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic))
@@ -155,10 +155,28 @@ fn folder(args: &VerifyArgs) -> PathBuf {
     })
 }
 
-fn spent(budget: Budget, part: f64) -> String {
-    match budget {
-        Budget::Time(all) => format!("{} of {}", Clock(all.mul_f64(part)), Clock(all)),
-        Budget::Passes(all) => format!("{:.0} of {all} spp", part * f64::from(all)),
+/// The part of the budget that is used up.
+struct Spent {
+    budget: Budget,
+    part: f64,
+}
+
+impl Step for Spent {
+    fn fraction(&self) -> f64 {
+        self.part
+    }
+
+    fn json(&self) -> serde_json::Value {
+        serde_json::json!({ "event": "progress", "fraction": self.part })
+    }
+}
+
+impl fmt::Display for Spent {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self.budget {
+            Budget::Time(all) => write!(f, "{} of {}", Clock(all.mul_f64(self.part)), Clock(all)),
+            Budget::Passes(all) => write!(f, "{:.0} of {all} spp", self.part * f64::from(all)),
+        }
     }
 }
 

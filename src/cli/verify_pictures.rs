@@ -50,7 +50,7 @@ pub(super) fn files(job: &Job, report: &Report) -> io::Result<Vec<(String, Vec<u
     Ok(names(report).into_iter().zip(encoded).collect())
 }
 
-fn exr(job: &Job, image: &Image, about: Vec<(&'static str, String)>) -> io::Result<Vec<u8>> {
+fn exr(job: &Job, image: &Image, about: Vec<(&str, String)>) -> io::Result<Vec<u8>> {
     let mut attributes = vec![
         ("version", env!("CARGO_PKG_VERSION").to_owned()),
         ("scene", job.scene_hash.clone()),
@@ -58,6 +58,7 @@ fn exr(job: &Job, image: &Image, about: Vec<(&'static str, String)>) -> io::Resu
         ("max-depth", job.plan.max_depth.to_string()),
     ];
     attributes.extend(about);
+    let attributes = attributes.into_iter().map(|(name, value)| (name.to_owned(), value)).collect();
     encode_exr(image, None, &Header { sensor: job.sensor, crop: Crop::full(job.sensor), attributes })
 }
 

@@ -42,6 +42,17 @@ impl Coverage {
         }
     }
 
+    /// One of the two sums of a pixel.
+    pub(super) fn sum(&self, pixel: usize, channel: usize) -> u64 {
+        self.sums.sum(pixel, channel)
+    }
+
+    /// Adds to it.
+    pub(super) fn add_sum(&self, pixel: usize, channel: usize, sum: u64) {
+        // There is room for 2²⁶ samples: only a file that no render wrote could need more, and alpha is a quotient all the same.
+        let _ = self.sums.add_sum(pixel, channel, sum);
+    }
+
     /// Alpha, pixel by pixel in the crop, row after row: the covered part of the filter's weight, in [0, 1].
     ///
     /// This is the one place where weights are divided by their sum. Light is not (a splat has no weight of its own to divide

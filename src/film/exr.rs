@@ -22,7 +22,7 @@ pub struct Header {
     pub crop: Crop,
     /// Text attributes: name without its prefix `pathspace.`, and value. They hold what changes pixels and nothing
     /// else, so that two renders of the same image are the same file.
-    pub attributes: Vec<(&'static str, String)>,
+    pub attributes: Vec<(String, String)>,
 }
 
 /// Encodes `image` as an OpenEXR file of one part with the 32-bit float channels R, G and B, and A where `alpha` has one number
@@ -32,20 +32,8 @@ pub struct Header {
 /// # Errors
 /// If the format cannot hold the image.
 pub fn encode_exr(image: &Image, alpha: Option<&[f32]>, header: &Header) -> io::Result<Vec<u8>> {
-    let display = IntegerBounds::new((0, 0), (header.sensor.width as usize, header.sensor.height as usize));
-    let mut shared = ImageAttributes::new(display);
-    shared.chromaticities = Some(REC_709);
-
-    let mut own = LayerAttributes {
-        layer_position: Vec2(header.crop.x0 as i32, header.crop.y0 as i32),
-        software_name: Some(Text::from(concat!("pathspace ", env!("CARGO_PKG_VERSION")))),
-        ..LayerAttributes::default()
-    };
-    for (name, value) in &header.attributes {
-        let name = Text::from_slice_unchecked(format!("pathspace.{name}").as_bytes());
-        own.other.insert(name, AttributeValue::Text(Text::from_slice_unchecked(value.as_bytes())));
-    }
-
+    let shared = ImageAttributes { chromaticities: Some(REC_709), ..image_attributes(header) };
+    let own = own_attributes(header);
     let encoding =
         Encoding { compression: Compression::ZIP16, blocks: Blocks::ScanLines, line_order: LineOrder::Increasing };
     let size = Vec2(image.width as usize, image.height as usize);
@@ -71,6 +59,29 @@ pub fn encode_exr(image: &Image, alpha: Option<&[f32]>, header: &Header) -> io::
     Ok(bytes)
 }
 
+/// The display window.
+pub(super) fn image_attributes(header: &Header) -> ImageAttributes {
+    let Sensor { width, height, .. } = header.sensor;
+    ImageAttributes::new(IntegerBounds::new((0, 0), (width as usize, height as usize)))
+}
+
+/// The data window's place, and what the file says of itself.
+pub(super) fn own_attributes(header: &Header) -> LayerAttributes {
+    let mut own = LayerAttributes {
+        layer_position: Vec2(header.crop.x0 as i32, header.crop.y0 as i32),
+        software_name: Some(Text::from(concat!("pathspace ", env!("CARGO_PKG_VERSION")))),
+        ..LayerAttributes::default()
+    };
+    for (name, value) in &header.attributes {
+        let name = Text::from_slice_unchecked(format!("{PREFIX}{name}").as_bytes());
+        own.other.insert(name, AttributeValue::Text(Text::from_slice_unchecked(value.as_bytes())));
+    }
+    own
+}
+
+/// Before the name of every attribute of ours.
+pub(super) const PREFIX: &str = "pathspace.";
+
 /// The primaries of the renderer's RGB.
 const REC_709: Chromaticities = Chromaticities {
     red: Vec2(0.64, 0.33),
@@ -81,7 +92,7 @@ const REC_709: Chromaticities = Chromaticities {
 
 /// Brings the attributes of a single-part file's header into alphabetical order. The exr crate keeps custom attributes
 /// in a hash map and writes them in another order each time; their total length, and so every offset in the file, stays.
-fn sort_attributes(file: &mut [u8]) -> Option<()> {
+pub(super) fn sort_attributes(file: &mut [u8]) -> Option<()> {
     // Magic number and version, then (name \0 type \0 length value)… \0.
     const START: usize = 8;
     let text_end = |from: usize| Some(from + file.get(from..)?.iter().position(|b| *b == 0)? + 1);
@@ -109,7 +120,8 @@ mod tests {
     fn example() -> (Image, Header) {
         let crop = Crop { x0: 3, y0: 5, x1: 20, y1: 45 };
         let pixels = (0..17 * 40).map(|i| Rgb::new(i as f32, 0.1 * i as f32, 1e-20)).collect();
-        let attributes = ["integrator", "spp", "seed", "filter", "noise"].map(|name| (name, format!("a {name} – é")));
+        let attributes =
+            ["integrator", "spp", "seed", "filter", "noise"].map(|name| (name.to_owned(), format!("a {name} – é")));
         let sensor = Sensor { width: 64, height: 48, padding: 1 };
         (Image { width: 17, height: 40, pixels }, Header { sensor, crop, attributes: attributes.to_vec() })
     }

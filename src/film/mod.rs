@@ -4,11 +4,13 @@
 //! image is the same to the last bit for any number of threads, any split of the samples and any order of them.
 //! Nothing is lost silently: what cannot be added is counted ([`DepositErrors`]).
 
+mod checkpoint;
 mod coverage;
 mod crop;
 mod exr;
 mod folder;
 mod image;
+mod noise;
 mod output;
 mod plane;
 mod png;
@@ -17,11 +19,13 @@ use std::sync::atomic::{AtomicU64, Ordering::Relaxed};
 
 use self::plane::Plane;
 pub use self::{
+    checkpoint::{CheckpointError, CheckpointFile, CheckpointHeader, encode_checkpoint},
     coverage::Coverage,
     crop::Crop,
     exr::{Header, encode_exr},
     folder::{check_folder, write_folder},
     image::{Image, half_image_rel_mse},
+    noise::ENOUGH_TILES,
     output::{Format, OutputError, UnknownFormat, check_writable, write_atomically},
     plane::FixedPoint,
     png::{Exposure, encode_png},
@@ -168,6 +172,30 @@ impl Film {
         }
     }
 
+    /// Adds to the count of what could not be added: what other parts of the same render left out.
+    pub fn add_errors(&self, errors: DepositErrors) {
+        let DepositErrors { non_finite, negative, out_of_range, overflow } = errors;
+        self.count(Fault::NonFinite, non_finite);
+        self.count(Fault::Negative, negative);
+        self.count(Fault::OutOfRange, out_of_range);
+        self.count(Fault::Overflow, overflow);
+    }
+
+    fn pixels(&self) -> usize {
+        self.halves[0].len()
+    }
+
+    /// One channel of a half image's pixel, in quanta.
+    fn sum(&self, half: Half, pixel: usize, channel: usize) -> u64 {
+        self.halves[half as usize].sum(pixel, channel)
+    }
+
+    fn add_sum(&self, half: Half, pixel: usize, channel: usize, sum: u64) {
+        if self.halves[half as usize].add_sum(pixel, channel, sum) {
+            self.count(Fault::Overflow, 1);
+        }
+    }
+
     /// The image after `passes` passes.
     ///
     /// # Panics
@@ -199,7 +227,7 @@ impl Film {
     fn normalised(&self, passes: u32, sum: impl Fn(usize, usize) -> f64) -> Image {
         assert!(passes > 0, "an image is a mean over at least one pass");
         let scale = self.scale.quantum() / f64::from(passes);
-        let pixels = (0..self.halves[0].len())
+        let pixels = (0..self.pixels())
             .map(|pixel| Rgb::from_array([0, 1, 2].map(|channel| (sum(pixel, channel) * scale) as f32)))
             .collect();
         Image { width: self.crop.width(), height: self.crop.height(), pixels }

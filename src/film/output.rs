@@ -82,9 +82,17 @@ pub fn write_atomically(path: &Path, bytes: &[u8]) -> Result<(), OutputError> {
         file.write_all(bytes)?;
         file.as_file().sync_all()?;
         file.persist(&target).map_err(|error| error.error)?;
+        sync_name(&target);
         Ok(())
     };
     write().map_err(|error| OutputError::new(path, explain(&target, &error)))
+}
+
+/// Makes a new name last, as far as the system can: the file itself is safe already, under the old name or the new one.
+fn sync_name(path: &Path) {
+    if cfg!(unix) {
+        let _ = fs::File::open(folder_of(path)).and_then(|folder| folder.sync_all());
+    }
 }
 
 /// Follows links, so that a link to an image stays one.

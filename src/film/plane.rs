@@ -88,6 +88,12 @@ impl<const CHANNELS: usize> Plane<CHANNELS> {
         overflows
     }
 
+    /// Adds a sum that was made elsewhere. Returns whether it wrapped around.
+    #[must_use]
+    pub(super) fn add_sum(&self, pixel: usize, channel: usize, sum: u64) -> bool {
+        self.0[pixel][channel].fetch_add(sum, Relaxed).checked_add(sum).is_none()
+    }
+
     #[inline]
     pub(super) fn sum(&self, pixel: usize, channel: usize) -> u64 {
         self.0[pixel][channel].load(Relaxed)

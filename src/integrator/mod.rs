@@ -16,7 +16,7 @@ use crate::{
     sampling::{Block, Sampler, SamplerKind},
     scene::{
         Scene,
-        bsdf::Directions,
+        bsdf::{Directions, Transport},
         camera::{Raster, Sensor},
     },
 };
@@ -248,8 +248,8 @@ pub trait Sink {
     /// A connection's ray was traced.
     fn shadow_ray(&mut self) {}
 
-    /// A subpath was walked, with this many rays.
-    fn walked(&mut self, _rays: usize) {}
+    /// A subpath was walked, from the camera (radiance) or from a light (importance), with this many rays.
+    fn walked(&mut self, _transport: Transport, _rays: usize) {}
 }
 
 /// What one unit of work, a pixel of the padded image, has to do in a pass.
@@ -288,7 +288,7 @@ impl Integrator {
         let splatted = if unit.splats == Splats::Yes { splatted } else { 0 };
         let Scratch { camera, light, lens, drawn } = scratch;
         light.walk_from_light(scene, connected.max(splatted), self.roulette, samplers.light);
-        sink.walked(light.steps().len().saturating_sub(1));
+        sink.walked(Transport::Importance, light.steps().len().saturating_sub(1));
 
         if splatted > 0 {
             let anywhere = Raster(glam::Vec2::ZERO);
@@ -313,7 +313,7 @@ impl Integrator {
             return;
         }
         camera.walk_from_camera(scene, raster, self.evaluated.camera_vertices(), self.roulette, samplers.camera);
-        sink.walked(camera.steps().len() - 1);
+        sink.walked(Transport::Radiance, camera.steps().len() - 1);
         for t in 2..=camera.steps().len() {
             let prefix = &camera.steps()[..t];
             self.repeat(Strategy { s: 0, t: t as u32 }, sink, || JoinedPath::hit(scene, prefix, raster));

@@ -8,13 +8,14 @@ use gltf_json::{
     validation::Checked,
 };
 
-use super::{buffer::Buffers, error::Fault};
-
-/// More elements than this are refused before memory is taken (a zero-filled accessor has no bytes that bound it).
-const MAX_COUNT: u64 = 1 << 28;
+use super::{
+    buffer::Buffers,
+    error::Fault,
+    limits::{Limit, Limits},
+};
 
 /// Checks every buffer view and accessor of the document, used or not, against the sizes that it declares.
-pub(super) fn check(root: &Root) -> Result<(), Fault> {
+pub(super) fn check(root: &Root, limits: &Limits) -> Result<(), Fault> {
     for (i, view) in root.buffer_views.iter().enumerate() {
         let have = root.buffers.get(view.buffer.value()).map_or(0, |buffer| buffer.byte_length.0);
         let end = view.byte_offset.unwrap_or_default().0.checked_add(view.byte_length.0);
@@ -25,9 +26,14 @@ pub(super) fn check(root: &Root) -> Result<(), Fault> {
     }
     for (i, accessor) in root.accessors.iter().enumerate() {
         let at = format!("/accessors/{i}");
-        let size = element_size(accessor, &at)?;
-        if accessor.count.0 > MAX_COUNT {
-            let what = format!("{} elements are announced, and {MAX_COUNT} is the limit", accessor.count.0);
+        let size = Size { all: element_size(accessor, &at)?, last: last_element_size(accessor, &at)? };
+        let limit = match accessor.buffer_view {
+            Some(_) => Limit("vertices", limits.vertices),
+            // Nothing in the file bounds them.
+            None => Limit("zeros", limits.zeros.min(limits.vertices)),
+        };
+        if accessor.count.0 > limit.1 {
+            let what = format!("{} elements are announced, and {limit}", accessor.count.0);
             return Err(Fault::too_large(format!("{at}/count"), what));
         }
         if let Some(view) = accessor.buffer_view {
@@ -45,7 +51,7 @@ pub(super) fn check(root: &Root) -> Result<(), Fault> {
                 ));
             };
             let indices = &sparse.indices;
-            span(root, indices.buffer_view, indices.byte_offset.0, sparse.count.0, index.0.size(), &at)?;
+            span(root, indices.buffer_view, indices.byte_offset.0, sparse.count.0, Size::of(index.0.size()), &at)?;
             span(root, sparse.values.buffer_view, sparse.values.byte_offset.0, sparse.count.0, size, &at)?;
         }
     }
@@ -59,17 +65,32 @@ struct Span {
     stride: usize,
 }
 
-fn span(root: &Root, view: Index<View>, offset: u64, count: u64, size: usize, at: &str) -> Result<Span, Fault> {
+/// The bytes of an element.
+#[derive(Clone, Copy)]
+struct Size {
+    all: usize,
+    /// Of the last one, which needs no padding at its end.
+    last: usize,
+}
+
+impl Size {
+    fn of(element: usize) -> Self {
+        Self { all: element, last: element }
+    }
+}
+
+fn span(root: &Root, view: Index<View>, offset: u64, count: u64, size: Size, at: &str) -> Result<Span, Fault> {
     let Some(v) = root.buffer_views.get(view.value()) else {
         return Err(Fault::invalid(at, format!("there is no buffer view {}", view.value())));
     };
-    let stride = v.byte_stride.map_or(size, |stride| stride.0);
+    let stride = v.byte_stride.map_or(size.all, |stride| stride.0);
     let end = (stride as u64)
         .checked_mul(count.saturating_sub(1))
-        .and_then(|bytes| bytes.checked_add(if count == 0 { 0 } else { size as u64 })?.checked_add(offset));
+        .and_then(|bytes| bytes.checked_add(if count == 0 { 0 } else { size.last as u64 })?.checked_add(offset));
     if end.is_none_or(|end| end > v.byte_length.0) {
         let what = format!(
-            "{count} elements of {size} bytes from byte {offset} do not fit into the {} bytes of buffer view {}",
+            "{count} elements of {} bytes from byte {offset} do not fit into the {} bytes of buffer view {}",
+            size.all,
             v.byte_length.0,
             view.value()
         );
@@ -100,6 +121,18 @@ fn element_size(accessor: &Accessor, at: &str) -> Result<usize, Fault> {
         _ => return Ok(component.size() * kind.multiplicity()),
     };
     Ok((component.size() * rows).next_multiple_of(4) * rows)
+}
+
+/// The bytes of an element without the padding after the last column of a matrix.
+fn last_element_size(accessor: &Accessor, at: &str) -> Result<usize, Fault> {
+    let (component, kind) = layout(accessor, at)?;
+    let rows = match kind {
+        Type::Mat2 => 2,
+        Type::Mat3 => 3,
+        _ => return element_size(accessor, at),
+    };
+    let column = component.size() * rows;
+    Ok(column.next_multiple_of(4) * (rows - 1) + column)
 }
 
 /// The accessors of a checked document.
@@ -243,7 +276,7 @@ impl<'a> Accessors<'a> {
     }
 
     fn gather(&self, view: Index<View>, offset: u64, count: usize, size: usize, at: &str) -> Result<Vec<u8>, Fault> {
-        let Span { buffer, start, stride } = span(self.root, view, offset, count as u64, size, at)?;
+        let Span { buffer, start, stride } = span(self.root, view, offset, count as u64, Size::of(size), at)?;
         let Some(data) = self.buffers.get(buffer).and_then(Option::as_ref) else {
             let what = "the buffer has no URI, and the file no binary chunk for it";
             return Err(Fault::invalid(format!("/buffers/{buffer}"), what));

@@ -10,10 +10,10 @@ use gltf_json::Root;
 use percent_encoding::percent_decode_str;
 use sha2::{Digest, Sha256};
 
-use super::error::{Fault, quoted};
-
-/// A file above this is refused before it is read, bytes.
-pub(super) const MAX_FILE: u64 = 8 << 30;
+use super::{
+    error::{Fault, quoted},
+    limits::{Limit, Outside, Place},
+};
 
 /// The bytes of every buffer; `None` for one without a source, which is an error only once it is read.
 pub(super) type Buffers = Vec<Option<Vec<u8>>>;
@@ -36,8 +36,8 @@ impl Hash {
     }
 }
 
-/// Reads every buffer. `folder` is where the document lies; `hash` takes in the files that are read.
-pub(super) fn read(root: &Root, bin: Option<&[u8]>, folder: &Path, hash: &mut Hash) -> Result<Buffers, Fault> {
+/// Reads every buffer; `hash` takes in the files that are read.
+pub(super) fn read(root: &Root, bin: Option<&[u8]>, place: Place<'_>, hash: &mut Hash) -> Result<Buffers, Fault> {
     let mut buffers = Vec::with_capacity(root.buffers.len());
     for (i, buffer) in root.buffers.iter().enumerate() {
         let at = format!("/buffers/{i}");
@@ -47,7 +47,7 @@ pub(super) fn read(root: &Root, bin: Option<&[u8]>, folder: &Path, hash: &mut Ha
             None => None,
             Some(uri) if uri.starts_with("data:") => Some(data_uri(uri, &at)?),
             Some(uri) => {
-                let bytes = beside(uri, folder, "buffer", &at)?;
+                let bytes = beside(uri, place, "buffer", &at)?;
                 hash.add(&bytes);
                 Some(bytes)
             }
@@ -75,28 +75,42 @@ pub(super) fn data_uri(uri: &str, at: &str) -> Result<Vec<u8>, Fault> {
     general_purpose::STANDARD_NO_PAD.decode(body).map_err(|e| fail(&format!("the data URI is not base64: {e}")))
 }
 
-/// The file that a relative URI names, a `kind` of thing. It may lie in a folder below the document, never above or elsewhere: what a
-/// model from the net points at is not for it to choose.
-pub(super) fn beside(uri: &str, folder: &Path, kind: &str, at: &str) -> Result<Vec<u8>, Fault> {
+/// The file that a relative URI names, a `kind` of thing. Unless that is [`Outside::Allowed`], it lies in the document's folder or
+/// below, never above or elsewhere, and no link leads out.
+pub(super) fn beside(uri: &str, place: Place<'_>, kind: &str, at: &str) -> Result<Vec<u8>, Fault> {
     let fail = |what: String| Fault::resource(format!("{at}/uri"), what);
     let decoded: Vec<u8> = percent_decode_str(uri).collect();
     let relative = String::from_utf8(decoded).map_err(|_| fail(format!("the URI {} is not UTF-8", quoted(uri))))?;
-    let inside = Path::new(&relative).components().all(|part| matches!(part, Component::Normal(_) | Component::CurDir));
-    if relative.is_empty() || !inside || relative.contains(['\\', ':', '\0']) {
+    if relative.is_empty() || relative.contains(['\\', ':', '\0']) {
         return Err(fail(format!("the URI {} leads out of the model's folder and is not followed", quoted(uri))));
     }
-    let path: PathBuf = folder.join(&relative);
-    file(&path).map_err(|reason| fail(format!("cannot read the {kind} {}: {reason}", quoted(&relative))))
+    let path: PathBuf = place.folder.join(&relative);
+    let inside = Path::new(&relative).components().all(|part| matches!(part, Component::Normal(_) | Component::CurDir));
+    if place.outside == Outside::Refused && !(inside && stays_in(place.folder, &path)) {
+        let what = "leads out of the model's folder and is not followed (--allow-outside follows it)";
+        return Err(fail(format!("the URI {} {what}", quoted(uri))));
+    }
+    file(&path, place.limits.file_bytes)
+        .map_err(|reason| fail(format!("cannot read the {kind} {}: {reason}", quoted(&relative))))
 }
 
-/// A whole regular file, or why not.
-pub(super) fn file(path: &Path) -> Result<Vec<u8>, String> {
+/// Whether following the links on its way leaves `path` below `folder`. What is not there leads nowhere.
+fn stays_in(folder: &Path, path: &Path) -> bool {
+    let folder = if folder.as_os_str().is_empty() { Path::new(".") } else { folder };
+    match (fs::canonicalize(folder), fs::canonicalize(path)) {
+        (Ok(folder), Ok(path)) => path.starts_with(folder),
+        _ => true,
+    }
+}
+
+/// A whole regular file of at most so many bytes, or why not.
+pub(super) fn file(path: &Path, most: u64) -> Result<Vec<u8>, String> {
     let meta = fs::metadata(path).map_err(|e| e.to_string())?;
     if !meta.is_file() {
         return Err("it is not a regular file".to_owned());
     }
-    if meta.len() > MAX_FILE {
-        return Err(format!("it has {} bytes, and {MAX_FILE} is the limit", meta.len()));
+    if meta.len() > most {
+        return Err(format!("it has {} bytes, and {}", meta.len(), Limit("file-bytes", most)));
     }
     fs::read(path).map_err(|e| e.to_string())
 }

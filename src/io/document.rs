@@ -95,11 +95,18 @@ pub(super) fn parse(json: &[u8], file: &str, warnings: &mut Vec<String>) -> Resu
     Ok(root)
 }
 
-/// gltf-json insists on `nodes` in every scene, glTF does not: an empty scene is a legal one.
+/// gltf-json insists on `nodes` in every scene and on a `node` for every animation to move, glTF does not: an empty scene is a legal
+/// one, and extensions animate other things. (Animations are not played.)
 fn repaired(json: &[u8]) -> Option<Root> {
     let mut value: Value = serde_json::from_slice(json).ok()?;
-    for scene in value.get_mut("scenes")?.as_array_mut()? {
+    for scene in value.get_mut("scenes").and_then(Value::as_array_mut).into_iter().flatten() {
         scene.as_object_mut()?.entry("nodes").or_insert_with(|| Value::Array(Vec::new()));
+    }
+    for animation in value.get_mut("animations").and_then(Value::as_array_mut).into_iter().flatten() {
+        let channels = animation.get_mut("channels").and_then(Value::as_array_mut);
+        if let Some(channels) = channels {
+            channels.retain(|channel| channel.pointer("/target").is_none_or(|target| target.get("node").is_some()));
+        }
     }
     serde_json::from_value(value).ok()
 }

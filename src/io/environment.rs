@@ -11,14 +11,12 @@ use image::{ImageDecoder, codecs::hdr::HdrDecoder};
 use super::{
     buffer::{self, Hash},
     error::one_line,
+    limits::Limits,
 };
 use crate::{
     math::Rgb,
     scene::light::{EnvironmentMap, NotARadiance},
 };
-
-/// A map of more texels is refused before memory is taken: 16384 × 8192, 2 GiB.
-const MAX_TEXELS: u64 = 1 << 27;
 
 /// An environment map as its file holds it.
 #[derive(Clone, Debug)]
@@ -57,7 +55,9 @@ pub enum EnvironmentError {
         what: String,
     },
     /// More than memory is meant to hold.
-    #[error("{file} has {width} × {height} texels, more than {MAX_TEXELS} in all; scale it down")]
+    #[error(
+        "{file} has {width} × {height} texels, and {limit} is the limit in all; scale it down (or --limit environment-texels=N)"
+    )]
     TooLarge {
         /// The file.
         file: String,
@@ -65,6 +65,8 @@ pub enum EnvironmentError {
         width: usize,
         /// Rows.
         height: usize,
+        /// How many there may be.
+        limit: u64,
     },
     /// A texel that is not a radiance.
     #[error(
@@ -99,33 +101,51 @@ enum Refusal {
 /// # Errors
 /// An [`EnvironmentError`] says in one sentence what keeps the file from being read.
 pub fn load_environment(path: &Path, scale: f32, rotation: f32) -> Result<LoadedEnvironment, EnvironmentError> {
+    load_environment_within(&Limits::default(), path, scale, rotation)
+}
+
+/// The same with limits of one's own.
+///
+/// # Errors
+/// As [`load_environment`].
+pub fn load_environment_within(
+    limits: &Limits,
+    path: &Path,
+    scale: f32,
+    rotation: f32,
+) -> Result<LoadedEnvironment, EnvironmentError> {
     let file = one_line(&path.display().to_string());
-    match buffer::file(path) {
-        Ok(bytes) => decode(&bytes, &file, scale, rotation),
+    match buffer::file(path, limits.file_bytes) {
+        Ok(bytes) => read_environment(limits, &bytes, &file, scale, rotation),
         Err(reason) => Err(EnvironmentError::Unreadable { file, reason }),
     }
 }
 
 /// The same from memory; `file` is the name in messages.
-pub(super) fn decode(
+///
+/// # Errors
+/// As [`load_environment`].
+pub fn read_environment(
+    limits: &Limits,
     bytes: &[u8],
     file: &str,
     scale: f32,
     rotation: f32,
 ) -> Result<LoadedEnvironment, EnvironmentError> {
+    let limit = limits.environment_texels;
     let file = file.to_owned();
     let mut warnings = Vec::new();
     let decoded = if bytes.starts_with(b"#?") {
-        radiance(bytes, &mut warnings)
+        radiance(bytes, limit, &mut warnings)
     } else if bytes.starts_with(&[0x76, 0x2f, 0x31, 0x01]) {
-        openexr(bytes)
+        openexr(bytes, limit)
     } else {
         return Err(EnvironmentError::UnknownFormat { file });
     };
     let mut picture = match decoded {
         Ok(picture) => picture,
         Err(Refusal::Damaged(what)) => return Err(EnvironmentError::Damaged { file, what: one_line(&what) }),
-        Err(Refusal::TooLarge(width, height)) => return Err(EnvironmentError::TooLarge { file, width, height }),
+        Err(Refusal::TooLarge(width, height)) => return Err(EnvironmentError::TooLarge { file, width, height, limit }),
     };
     let (width, height) = (picture.width, picture.texels.len() / picture.width);
     if width != 2 * height {
@@ -159,13 +179,13 @@ fn without_negatives(picture: &mut Picture) -> Option<String> {
     ))
 }
 
-fn radiance(bytes: &[u8], warnings: &mut Vec<String>) -> Result<Picture, Refusal> {
+fn radiance(bytes: &[u8], limit: u64, warnings: &mut Vec<String>) -> Result<Picture, Refusal> {
     let damaged =
         |error: image::ImageError| Refusal::Damaged(format!("its Radiance picture cannot be decoded ({error})"));
     // Strictness would insist on one of the signatures in use.
     let decoder = HdrDecoder::new_nonstrict(Cursor::new(bytes)).map_err(damaged)?;
     let meta = decoder.metadata();
-    let (width, height) = check_size(meta.width as usize, meta.height as usize)?;
+    let (width, height) = check_size(meta.width as usize, meta.height as usize, limit)?;
     if let Some(exposure) = meta.exposure.filter(|e| *e != 1.0) {
         warnings.push(format!(
             "the environment map states an exposure of {exposure}, which is not undone (--env-scale {} would)",
@@ -179,7 +199,7 @@ fn radiance(bytes: &[u8], warnings: &mut Vec<String>) -> Result<Picture, Refusal
     Ok(Picture { width, texels })
 }
 
-fn openexr(bytes: &[u8]) -> Result<Picture, Refusal> {
+fn openexr(bytes: &[u8], limit: u64) -> Result<Picture, Refusal> {
     let damaged = |error: exr::error::Error| Refusal::Damaged(format!("its OpenEXR image cannot be decoded ({error})"));
     let meta = MetaData::read_from_buffered(Cursor::new(bytes), false).map_err(damaged)?;
     let wanted =
@@ -188,7 +208,7 @@ fn openexr(bytes: &[u8]) -> Result<Picture, Refusal> {
         return Err(Refusal::Damaged("it has no channels R, G and B".to_owned()));
     }
     for header in &meta.headers {
-        check_size(header.layer_size.x(), header.layer_size.y())?;
+        check_size(header.layer_size.x(), header.layer_size.y(), limit)?;
         let display = header.shared_attributes.display_window;
         if display.size != header.layer_size || display.position != header.own_attributes.layer_position {
             return Err(Refusal::Damaged(
@@ -214,10 +234,10 @@ fn openexr(bytes: &[u8]) -> Result<Picture, Refusal> {
     Ok(image.layer_data.channel_data.pixels)
 }
 
-fn check_size(width: usize, height: usize) -> Result<(usize, usize), Refusal> {
+fn check_size(width: usize, height: usize, limit: u64) -> Result<(usize, usize), Refusal> {
     match (width as u64).checked_mul(height as u64) {
         Some(0) => Err(Refusal::Damaged("it has no pixels".to_owned())),
-        Some(texels) if texels <= MAX_TEXELS => Ok((width, height)),
+        Some(texels) if texels <= limit => Ok((width, height)),
         _ => Err(Refusal::TooLarge(width, height)),
     }
 }

@@ -1,6 +1,6 @@
 //! Images: PNG, JPEG and WebP, from files beside the document, data URIs and buffer views.
 
-use std::{io::Cursor, path::Path, sync::Arc};
+use std::{io::Cursor, sync::Arc};
 
 use gltf_json::Root;
 use image::{DynamicImage, ImageDecoder as _, ImageFormat, ImageReader, Limits};
@@ -8,11 +8,9 @@ use image::{DynamicImage, ImageDecoder as _, ImageFormat, ImageReader, Limits};
 use super::{
     buffer::{self, Buffers, Hash},
     error::{Fault, one_line},
+    limits::{Limit, Place},
 };
 use crate::scene::texture::{Image, Texels};
-
-/// More texels than this in all images of a file are refused before they are decoded: a gigabyte of 8-bit RGBA.
-const MAX_TEXELS: u64 = 1 << 28;
 
 /// What a decoder may take besides the texels, bytes.
 const DECODER_MEMORY: u64 = 1 << 30;
@@ -21,16 +19,16 @@ const DECODER_MEMORY: u64 = 1 << 30;
 pub(super) struct Images<'a> {
     root: &'a Root,
     buffers: &'a Buffers,
-    folder: &'a Path,
+    place: Place<'a>,
     hash: &'a mut Hash,
     decoded: Vec<Option<Arc<Image>>>,
     texels: u64,
 }
 
 impl<'a> Images<'a> {
-    /// The images of `root`, whose buffers are `buffers` and whose folder is `folder`; `hash` takes in the files that are read.
-    pub(super) fn new(root: &'a Root, buffers: &'a Buffers, folder: &'a Path, hash: &'a mut Hash) -> Self {
-        Self { root, buffers, folder, hash, decoded: vec![None; root.images.len()], texels: 0 }
+    /// The images of `root`, whose buffers are `buffers` and which lies at `place`; `hash` takes in the files that are read.
+    pub(super) fn new(root: &'a Root, buffers: &'a Buffers, place: Place<'a>, hash: &'a mut Hash) -> Self {
+        Self { root, buffers, place, hash, decoded: vec![None; root.images.len()], texels: 0 }
     }
 
     /// The image at an index that the document has.
@@ -42,8 +40,8 @@ impl<'a> Images<'a> {
             None => return Err(Fault::invalid(at, "the file has no such image")),
         }
         let image = Arc::new(match self.source(index, &at)? {
-            Bytes::Borrowed(bytes) => decode(bytes, &mut self.texels, &at)?,
-            Bytes::Owned(bytes) => decode(&bytes, &mut self.texels, &at)?,
+            Bytes::Borrowed(bytes) => decode(bytes, &mut self.texels, self.place.limits.texels, &at)?,
+            Bytes::Owned(bytes) => decode(&bytes, &mut self.texels, self.place.limits.texels, &at)?,
         });
         self.decoded[index] = Some(image.clone());
         Ok(image)
@@ -55,7 +53,7 @@ impl<'a> Images<'a> {
             if uri.starts_with("data:") {
                 return Ok(Bytes::Owned(buffer::data_uri(uri, at)?));
             }
-            let bytes = buffer::beside(uri, self.folder, "image", at)?;
+            let bytes = buffer::beside(uri, self.place, "image", at)?;
             self.hash.add(&bytes);
             return Ok(Bytes::Owned(bytes));
         }
@@ -80,8 +78,8 @@ enum Bytes<'a> {
 }
 
 /// Decodes an image, whatever its file name and MIME type say it is. Colour profiles and orientation are ignored, as glTF asks.
-/// `texels` counts those of all images.
-fn decode(bytes: &[u8], texels: &mut u64, at: &str) -> Result<Image, Fault> {
+/// `texels` counts those of all images, which are to be `most` in all.
+fn decode(bytes: &[u8], texels: &mut u64, most: u64, at: &str) -> Result<Image, Fault> {
     let format = image::guess_format(bytes).ok();
     let Some(format @ (ImageFormat::Png | ImageFormat::Jpeg | ImageFormat::WebP)) = format else {
         return Err(Fault::unsupported(at, "the image is neither PNG, JPEG nor WebP"));
@@ -96,9 +94,9 @@ fn decode(bytes: &[u8], texels: &mut u64, at: &str) -> Result<Image, Fault> {
     let (width, height) = decoder.dimensions();
     let size = u64::from(width) * u64::from(height);
     *texels = texels.saturating_add(size);
-    if *texels > MAX_TEXELS {
+    if *texels > most {
         let what =
-            format!("with the image's {width} × {height} there are {texels} texels, and {MAX_TEXELS} is the limit");
+            format!("with the image's {width} × {height} there are {texels} texels, and {}", Limit("texels", most));
         return Err(Fault::too_large(at, what));
     }
     if size == 0 {

@@ -8,8 +8,9 @@ use super::{
     Assembly,
     accessor::Accessors,
     error::Fault,
-    mesh::{self, MAX_TRIANGLES, Part, World},
-    node::Placed,
+    limits::Limit,
+    mesh::{self, Part, World},
+    node::{Placed, is_near},
     pose,
 };
 use crate::scene::{
@@ -19,9 +20,6 @@ use crate::scene::{
 
 /// A node's mesh drawn many times, with a transformation each.
 const INSTANCING: &str = "EXT_mesh_gpu_instancing";
-
-/// More instances than this are refused, before memory is taken for any of them. A mesh that is copied counts as well.
-const MAX_INSTANCES: u64 = 1 << 25;
 
 /// A mesh whose copies have no more triangles than this is copied: a ray finds its way among them faster in one tree,
 /// and an instance of very few triangles takes more memory than they do.
@@ -42,13 +40,14 @@ pub(super) struct Shown {
 #[derive(Default)]
 pub(super) struct Counts {
     /// Triangles in memory: in world space, or once in a mesh.
-    triangles: usize,
+    triangles: u64,
     /// Emissive triangles, each of which is a light in every instance.
     emissive: u64,
 }
 
 impl Assembly<'_> {
-    /// Counts how often each mesh is shown, which decides what becomes of it, and refuses too many.
+    /// Counts how often each mesh is shown, which decides what becomes of it, and refuses too many before memory is taken for any of
+    /// them. A mesh that is copied counts as well.
     pub(super) fn count_uses(&mut self, nodes: &[Placed]) -> Result<(), Fault> {
         let mut all = 0;
         for placed in nodes {
@@ -59,8 +58,9 @@ impl Assembly<'_> {
                 Some(attributes) => count(self.accessors, &attributes, placed)?.unwrap_or(1) as u64,
             };
             all += uses;
-            if all > MAX_INSTANCES {
-                let what = format!("the scene has {all} instances by here, and {MAX_INSTANCES} is the limit");
+            if all > self.limits.instances {
+                let limit = Limit("instances", self.limits.instances);
+                let what = format!("the scene has {all} instances by here, and {limit}");
                 return Err(Fault::too_large(placed.pointer(), what));
             }
             if node.skin.is_none() && node.weights.is_none() {
@@ -105,7 +105,7 @@ impl Assembly<'_> {
         let joints = pose::joints(self.root, self.accessors, node, nodes, &mut self.loaded.warnings)?;
         for to_world in transforms(self.accessors, node, placed)? {
             for part in &parts {
-                self.counts.add(part, placed)?;
+                self.counts.add(part, placed, self.limits.triangles)?;
                 let world = match &joints {
                     Some(joints) if !part.influences.is_empty() => pose::place(part, joints, placed)?,
                     _ => mesh::place(part, &Placed { to_world, ..*placed })?,
@@ -130,7 +130,7 @@ impl Assembly<'_> {
         geometry.add_triangles_with(&world.positions, normals, &world.attributes, &world.triangles, material);
     }
 
-    /// Places an instance. False if it would lie beyond the range of f32, which copying can say more of.
+    /// Places an instance. False if it would lie too far away, which copying can say more of.
     fn instance(
         &mut self,
         kept: &mut Option<MeshId>,
@@ -144,9 +144,9 @@ impl Assembly<'_> {
             parts.iter().zip(materials).filter(|(_, m)| emits(m)).map(|(p, _)| p.triangles.len()).sum();
         let counts = &mut self.counts;
         counts.emissive += emissive as u64;
-        if counts.emissive > MAX_TRIANGLES as u64 {
-            let what =
-                format!("more than {MAX_TRIANGLES} emissive triangles are instanced by here, which is the limit");
+        if counts.emissive > self.limits.triangles {
+            let limit = Limit("triangles", self.limits.triangles);
+            let what = format!("{} emissive triangles are instanced by here, and {limit}", counts.emissive);
             return Err(Fault::too_large(placed.pointer(), what));
         }
         let mesh = match *kept {
@@ -154,7 +154,7 @@ impl Assembly<'_> {
             None => {
                 let mut mesh = Mesh::default();
                 for (part, &material) in parts.iter().zip(materials) {
-                    self.counts.add(part, placed)?;
+                    self.counts.add(part, placed, self.limits.triangles)?;
                     let normals = part.normals.as_deref();
                     mesh.add_triangles_with(&part.positions, normals, &part.attributes, &part.triangles, material);
                 }
@@ -162,17 +162,17 @@ impl Assembly<'_> {
             }
         };
         let geometry = &mut self.loaded.geometry;
-        let finite = geometry.placed_bounds(mesh, placement).is_none_or(|b| b.min.is_finite() && b.max.is_finite());
-        if finite {
+        let near = geometry.placed_bounds(mesh, placement).is_none_or(|b| is_near(b.min) && is_near(b.max));
+        if near {
             geometry.add_instance(mesh, *placement);
         }
-        Ok(finite)
+        Ok(near)
     }
 
     /// Copies the mesh into world space.
     fn copy(&mut self, parts: &[Part], materials: &[MaterialId], placed: &Placed) -> Result<(), Fault> {
         for (part, &material) in parts.iter().zip(materials) {
-            self.counts.add(part, placed)?;
+            self.counts.add(part, placed, self.limits.triangles)?;
             let world = mesh::place(part, placed)?;
             self.add(&world, material);
         }
@@ -181,10 +181,10 @@ impl Assembly<'_> {
 }
 
 impl Counts {
-    fn add(&mut self, part: &Part, placed: &Placed) -> Result<(), Fault> {
-        self.triangles += part.triangles.len();
-        if self.triangles > MAX_TRIANGLES {
-            let what = format!("the scene has {} triangles by here, and {MAX_TRIANGLES} is the limit", self.triangles);
+    fn add(&mut self, part: &Part, placed: &Placed, most: u64) -> Result<(), Fault> {
+        self.triangles += part.triangles.len() as u64;
+        if self.triangles > most {
+            let what = format!("the scene has {} triangles by here, and {}", self.triangles, Limit("triangles", most));
             return Err(Fault::too_large(placed.pointer(), what));
         }
         Ok(())

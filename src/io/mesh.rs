@@ -12,14 +12,11 @@ use super::{
     attribute,
     error::Fault,
     extensions, material,
-    node::Placed,
+    node::{Placed, is_near},
     pose::{self, Influences},
     tangent,
 };
 use crate::scene::geometry::{Attributes, moved_tangent};
-
-/// More triangles than this are refused before they are made. Those of a shared mesh count once.
-pub(super) const MAX_TRIANGLES: usize = 1 << 27;
 
 /// Compressed primitives; some files have plain ones as well, for readers like this one.
 const DRACO: &str = "KHR_draco_mesh_compression";
@@ -206,8 +203,8 @@ pub(super) fn place(part: &Part, node: &Placed) -> Result<World, Fault> {
     let m = node.to_world.matrix3;
     let to_world = |p: &Vec3| node.to_world.transform_point3(p.as_dvec3()).as_vec3();
     let positions: Vec<Vec3> = part.positions.iter().map(to_world).collect();
-    if let Some(i) = positions.iter().position(|p| !p.is_finite()) {
-        let what = format!("vertex {i} of the node's mesh lies at {} in world space", positions[i]);
+    if let Some(i) = positions.iter().position(|p| !is_near(*p)) {
+        let what = format!("vertex {i} of the node's mesh lies at {} in world space, too far away", positions[i]);
         return Err(Fault::invalid(node.pointer(), what));
     }
     let mirrored = m.determinant() < 0.0;

@@ -45,6 +45,7 @@ mod extensions;
 mod image;
 mod instancing;
 mod light;
+mod limits;
 mod material;
 mod mesh;
 mod node;
@@ -58,13 +59,17 @@ mod tests;
 
 use std::{collections::HashMap, path::Path};
 
+use glam::Vec3;
 use gltf_json::Root;
 use serde_json::Value;
 
 pub use camera::{NamedCamera, ThinLens, View};
-pub use environment::{EnvironmentError, LoadedEnvironment, load_environment};
+pub use environment::{
+    EnvironmentError, LoadedEnvironment, load_environment, load_environment_within, read_environment,
+};
 pub use error::LoadError;
 pub use light::PunctualLight;
+pub use limits::{Limits, LoadOptions, Outside};
 
 use crate::scene::{
     Scene,
@@ -78,8 +83,9 @@ use buffer::{Buffers, Hash};
 use error::{Fault, one_line, quoted};
 use image::Images;
 use instancing::{Counts, Shown};
+use limits::Place;
 use mesh::Coloring;
-use node::Placed;
+use node::{Placed, is_near};
 
 /// A scene as its file describes it.
 #[derive(Clone, Debug)]
@@ -158,40 +164,44 @@ pub struct Summary {
 /// # Errors
 /// A [`LoadError`] says in one sentence what keeps the file from being read.
 pub fn load(path: &Path) -> Result<Loaded, LoadError> {
-    load_scene(path, None)
+    load_with(path, &LoadOptions::default())
 }
 
-/// The same with the scene of the file that `wanted` names or numbers, if it is not to be the file's default.
+/// The same with options of one's own.
 ///
 /// # Errors
 /// As [`load`], and if there is no such scene.
-pub fn load_scene(path: &Path, wanted: Option<&str>) -> Result<Loaded, LoadError> {
+pub fn load_with(path: &Path, options: &LoadOptions<'_>) -> Result<Loaded, LoadError> {
     let file = one_line(&path.display().to_string());
-    match buffer::file(path) {
-        Ok(bytes) => read(&bytes, path.parent().unwrap_or(Path::new("")), &file, wanted),
+    match buffer::file(path, options.limits.file_bytes) {
+        Ok(bytes) => read(&bytes, path.parent().unwrap_or(Path::new("")), &file, options),
         Err(reason) => Err(LoadError::Unreadable { file, reason }),
     }
 }
 
 /// Reads a document from memory; `file` is its name in messages, `folder` where its buffers lie.
-fn read(bytes: &[u8], folder: &Path, file: &str, wanted: Option<&str>) -> Result<Loaded, LoadError> {
+///
+/// # Errors
+/// As [`load_with`].
+pub fn read(bytes: &[u8], folder: &Path, file: &str, options: &LoadOptions<'_>) -> Result<Loaded, LoadError> {
+    let place = Place { folder, limits: options.limits, outside: options.outside };
     let mut hash = Hash::new();
     hash.add(bytes);
     let chunks = document::chunks(bytes, file)?;
     let mut warnings = Vec::new();
     let mut root = document::parse(chunks.json, file, &mut warnings)?;
-    scenes::choose(&mut root, wanted, file, &mut warnings)?;
+    scenes::choose(&mut root, options.scene, file, &mut warnings)?;
     match root.animations.len() {
         0 => {}
         1 => warnings.push("its animation is not played: what it moves is at rest".to_owned()),
         count => warnings.push(format!("its {count} animations are not played: what they move is at rest")),
     }
     let assemble = || {
-        accessor::check(&root)?;
-        let buffers = buffer::read(&root, chunks.bin, folder, &mut hash)?;
-        let images = Images::new(&root, &buffers, folder, &mut hash);
+        accessor::check(&root, &place.limits)?;
+        let buffers = buffer::read(&root, chunks.bin, place, &mut hash)?;
+        let images = Images::new(&root, &buffers, place, &mut hash);
         let materials = material::all(&root, images, &mut warnings)?;
-        let mut scene = Assembly::new(&root, &buffers, materials, warnings);
+        let mut scene = Assembly::new(&root, &buffers, place.limits, materials, warnings);
         scene.nodes()?;
         let lit = |id: MaterialId| !scene.materials[scene.sources[id.0 as usize]].unlit();
         let outshone = light::outshone(&scene.loaded, lit).map(|(id, what)| {
@@ -214,6 +224,7 @@ struct Assembly<'a> {
     accessors: Accessors<'a>,
     /// The meshes of the file, in its order.
     meshes: Vec<Shown>,
+    limits: Limits,
     counts: Counts,
     /// What the file's materials are, and last the default one.
     materials: Vec<material::Read>,
@@ -226,11 +237,18 @@ struct Assembly<'a> {
 }
 
 impl<'a> Assembly<'a> {
-    fn new(root: &'a Root, buffers: &'a Buffers, materials: Vec<material::Read>, warnings: Vec<String>) -> Self {
+    fn new(
+        root: &'a Root,
+        buffers: &'a Buffers,
+        limits: Limits,
+        materials: Vec<material::Read>,
+        warnings: Vec<String>,
+    ) -> Self {
         Self {
             root,
             accessors: Accessors::new(root, buffers),
             meshes: root.meshes.iter().map(|_| Shown::default()).collect(),
+            limits,
             counts: Counts::default(),
             default_material: None,
             colored_materials: HashMap::new(),
@@ -249,7 +267,7 @@ impl<'a> Assembly<'a> {
     }
 
     fn nodes(&mut self) -> Result<(), Fault> {
-        let nodes = node::hierarchy(self.root, &mut self.loaded.warnings)?;
+        let nodes = node::hierarchy(self.root, self.limits.depth, &mut self.loaded.warnings)?;
         self.count_uses(&nodes)?;
         for placed in &nodes {
             let Some(node) = self.root.nodes.get(placed.index) else { continue };
@@ -278,8 +296,8 @@ impl<'a> Assembly<'a> {
             Fault::invalid(&at, "a sphere needs a node of uniform scale, and this one is stretched or sheared")
         })?;
         let radius = sphere.get("radius").and_then(Value::as_f64).map(|radius| (radius * scale) as f32);
-        let Some(radius) = radius.filter(|radius| *radius > 0.0 && radius.is_finite()) else {
-            return Err(Fault::invalid(format!("{at}/radius"), "the radius is not a positive number"));
+        let Some(radius) = radius.filter(|radius| *radius > 0.0 && is_near(Vec3::splat(*radius))) else {
+            return Err(Fault::invalid(format!("{at}/radius"), "the radius is not a positive number, or enormous"));
         };
         let material = match sphere.get("material") {
             None => self.root.materials.len(),

@@ -3,7 +3,16 @@
 use glam::{DAffine3, DMat3, DMat4, DQuat, DVec3, Vec3};
 use gltf_json::{Index, Node, Root};
 
-use super::error::Fault;
+use super::{error::Fault, limits::Limit};
+
+/// Metres from the world's origin beyond which nothing may lie: squared distances and areas must stay in the range of f32.
+const FARTHEST: f32 = 1e17;
+
+/// Whether `point` can be computed with.
+pub(super) fn is_near(point: Vec3) -> bool {
+    // A NaN is nowhere.
+    point.to_array().iter().all(|x| x.abs() <= FARTHEST)
+}
 
 /// A node of the scene with its transform to world space, kept in f64 so that deep hierarchies lose nothing.
 pub(super) struct Placed {
@@ -43,19 +52,26 @@ impl Placed {
     }
 }
 
-/// Every node of the scene, parents before children. Nothing recurses, so no depth of nesting can exhaust the stack.
-pub(super) fn hierarchy(root: &Root, warnings: &mut Vec<String>) -> Result<Vec<Placed>, Fault> {
+/// Every node of the scene, parents before children. Nothing recurses, so no depth of nesting can exhaust the stack;
+/// `depth` is the most there may be.
+pub(super) fn hierarchy(root: &Root, depth: u64, warnings: &mut Vec<String>) -> Result<Vec<Placed>, Fault> {
     let parents = parents(root)?;
     let mut placed = Vec::new();
     let mut stack: Vec<_> =
-        roots(root, &parents, warnings)?.into_iter().rev().map(|i| (i, DAffine3::IDENTITY)).collect();
-    while let Some((index, parent)) = stack.pop() {
+        roots(root, &parents, warnings)?.into_iter().rev().map(|i| (i, 1, DAffine3::IDENTITY)).collect();
+    while let Some((index, level, parent)) = stack.pop() {
+        if level > depth {
+            let what = format!("the node lies deeper than others, and {}", Limit("depth", depth));
+            return Err(Fault::too_large(format!("/nodes/{index}"), what));
+        }
         let Some(node) = root.nodes.get(index) else { continue };
         let to_world = parent * local(node, index)?;
-        if !to_world.is_finite() || !to_world.translation.as_vec3().is_finite() {
-            return Err(Fault::invalid(format!("/nodes/{index}"), "the node's transform to world space is not finite"));
+        if !to_world.is_finite() || !is_near(to_world.translation.as_vec3()) {
+            let what =
+                format!("the node's transform to world space is not finite, or farther than {FARTHEST:e} m away");
+            return Err(Fault::invalid(format!("/nodes/{index}"), what));
         }
-        stack.extend(children(node).rev().map(|child| (child, to_world)));
+        stack.extend(children(node).rev().map(|child| (child, level + 1, to_world)));
         placed.push(Placed { index, to_world });
     }
     Ok(placed)

@@ -21,6 +21,7 @@ use super::{
     document,
     error::LoadError,
     image::Images,
+    limits::{LoadOptions, Place},
     material, mesh,
     node::Placed,
 };
@@ -72,20 +73,21 @@ fn changed(mut document: Value, pointer: &str, value: Value) -> Value {
 }
 
 fn load(document: &Value) -> Result<Loaded, LoadError> {
-    super::read(document.to_string().as_bytes(), Path::new("."), "x.gltf", None)
+    super::read(document.to_string().as_bytes(), Path::new("."), "x.gltf", &LoadOptions::default())
 }
 
 /// The document's first mesh, in world space by the first node.
 fn world(document: &Value) -> mesh::World {
     let (root, mut warnings) =
         (document::parse(document.to_string().as_bytes(), "x", &mut Vec::new()).unwrap(), vec![]);
-    accessor::check(&root).unwrap();
-    let buffers = buffer::read(&root, None, Path::new("."), &mut Hash::new()).unwrap();
+    let LoadOptions { limits, outside, .. } = LoadOptions::default();
+    let place = Place { folder: Path::new("."), limits, outside };
+    accessor::check(&root, &limits).unwrap();
+    let buffers = buffer::read(&root, None, place, &mut Hash::new()).unwrap();
     let mut hash = Hash::new();
-    let materials =
-        material::all(&root, Images::new(&root, &buffers, Path::new("."), &mut hash), &mut warnings).unwrap();
+    let materials = material::all(&root, Images::new(&root, &buffers, place, &mut hash), &mut warnings).unwrap();
     let parts = mesh::read(&root, Accessors::new(&root, &buffers), &materials, 0, &[], &mut warnings).unwrap();
-    let nodes = super::node::hierarchy(&root, &mut warnings).unwrap();
+    let nodes = super::node::hierarchy(&root, limits.depth, &mut warnings).unwrap();
     mesh::place(&parts[0], nodes.last().unwrap()).unwrap()
 }
 

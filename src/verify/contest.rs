@@ -56,11 +56,7 @@ impl Found {
         other.passes.iter().for_each(|pass| self.scattered.add(scattered(pass)));
         self.passes.extend(other.passes);
         self.elapsed += other.elapsed;
-        self.statistics.samples += other.statistics.samples;
-        self.statistics.rays += other.statistics.rays;
-        for (technique, count) in other.statistics.rejected {
-            *self.statistics.rejected.entry(technique).or_default() += count;
-        }
+        self.statistics.add(&other.statistics);
         self.sizes.add(&other.sizes);
         self.watched += other.watched;
     }
@@ -135,12 +131,7 @@ pub(super) fn sample(
         pass(setting, &mut renderers[next], &films[next], &mut found[next], next);
     }
     for (found, renderer) in found.iter_mut().zip(&renderers) {
-        let Statistics { samples, rays, rejected } = renderer.statistics();
-        found.statistics.samples += samples;
-        found.statistics.rays += rays;
-        for (technique, count) in rejected {
-            *found.statistics.rejected.entry(technique).or_default() += count;
-        }
+        found.statistics.add(&renderer.statistics());
     }
 }
 

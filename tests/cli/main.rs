@@ -1,8 +1,13 @@
 //! The program as a person or a script meets it: exit codes, sentences, files.
 
+mod checkpoints;
 mod environment;
 mod info;
+mod interruption;
+mod malformed;
 mod render;
+mod shards;
+mod statistics;
 mod usage;
 mod verify;
 

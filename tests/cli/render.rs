@@ -143,3 +143,42 @@ fn a_transparent_background_is_an_alpha_channel() {
         assert!(String::from_utf8_lossy(&exr).contains("pathspace.background"));
     }
 }
+
+#[test]
+fn a_noise_ends_a_render_where_it_is_reached() {
+    let run = Run::new();
+    let noisy = ["-i", "path", "--noise", "12%", "--stats", "s.json", "-o", "a.exr"];
+    let spp = |output: &std::process::Output| -> u32 {
+        let said = stderr(output);
+        let line = said.lines().find(|line| line.contains(" spp in ")).unwrap();
+        line.split(' ').next().unwrap().parse().unwrap()
+    };
+    let output = run.render(&noisy);
+    assert_eq!(code(&output), 0, "{}", stderr(&output));
+    let end = spp(&output);
+    assert!(end.is_power_of_two() && (16..65536).contains(&end), "{end}");
+    let bytes = fs::read(run.path("a.exr")).unwrap();
+    assert!(String::from_utf8_lossy(&bytes).contains("0.12 on 95 % of tiles: reached"));
+    let same = run.image("b.exr", &["-i", "path", "--spp", &end.to_string()]);
+    assert_eq!(pixels(&bytes), pixels(&same), "it is the render of as many samples");
+
+    // Half the noise takes about four times as many samples, whatever happens on the way.
+    let (quarter, some) = (["-i", "path", "--noise", "6%"], (end + 3).to_string());
+    let whole = run.image("whole.exr", &quarter);
+    let kept = run.image("kept.exr", &["-i", "path", "--spp", &some, "--checkpoint", "k.exr"]);
+    assert_ne!(whole, kept);
+    let output =
+        run.render(&[&quarter[..], &["--resume", "k.exr", "--checkpoint", "k.exr", "-o", "rest.exr"]].concat());
+    assert!((2 * end..=16 * end).contains(&spp(&output)), "{}", stderr(&output));
+    assert!(whole == fs::read(run.path("rest.exr")).unwrap(), "{}", stderr(&output));
+    assert!(
+        whole == run.image("rest.exr", &[&quarter[..], &["--resume", "k.exr"]].concat()),
+        "it is good enough already"
+    );
+
+    let output = run.render(&["-i", "path", "--noise", "1%", "--spp", "32", "-o", "a.exr"]);
+    assert!(stderr(&output).contains("32 spp are not enough for --noise 0.01"), "{}", stderr(&output));
+    refused(&run.render(&["--noise", "5%", "--time", "1s"]), 2, "--time");
+    refused(&run.render(&["--noise", "5%", "--shard", "1/2"]), 2, "--shard");
+    refused(&run.render(&["--noise", "0"]), 2, "5%");
+}

@@ -7,14 +7,31 @@ use crate::{Run, code, refused, scene, stderr, stdout, triangle};
 #[test]
 fn help_and_version_are_answers() {
     let run = Run::new();
-    for arguments in [&["--help"][..], &["render", "--help"], &["verify", "--help"], &["info", "-h"], &["--version"]] {
+    for arguments in [
+        &["--help"][..],
+        &["render", "--help"],
+        &["merge", "--help"],
+        &["verify", "--help"],
+        &["info", "-h"],
+        &["--version"],
+    ] {
         let output = run.pathspace(arguments);
         assert_eq!(code(&output), 0);
         assert!(!output.stdout.is_empty() && output.stderr.is_empty());
     }
     let help = stdout(&run.pathspace(&["render", "--help"]));
-    for option in ["--spp", "--time", "--max-depth", "--look-at", "--only-strategy", "--memory-limit", "default: bdpt"]
-    {
+    for option in [
+        "--spp",
+        "--time",
+        "--max-depth",
+        "--look-at",
+        "--only-strategy",
+        "--memory-limit",
+        "--resume",
+        "--shard",
+        "--limit",
+        "default: bdpt",
+    ] {
         assert!(help.contains(option), "{option}");
     }
 }

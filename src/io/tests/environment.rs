@@ -8,8 +8,8 @@ use glam::Vec3;
 
 use crate::{
     io::{
-        EnvironmentError, LoadedEnvironment,
-        environment::{decode, load_environment},
+        EnvironmentError, Limits, LoadedEnvironment,
+        environment::{load_environment, read_environment},
     },
     math::Rgb,
 };
@@ -36,7 +36,7 @@ fn openexr_file(width: usize, height: usize, colour: Rgb, (x, y, other): (usize,
 }
 
 fn read(bytes: &[u8]) -> Result<LoadedEnvironment, EnvironmentError> {
-    decode(bytes, "sky", 1.0, 0.0)
+    read_environment(&Limits::default(), bytes, "sky", 1.0, 0.0)
 }
 
 /// The direction of the middle of the texel (x, y) of a map of this size.
@@ -61,7 +61,7 @@ fn both_formats_hold_the_same_map() {
         let at = |x, y| loaded.map.radiance(middle(x, y, 8, 4));
         assert!((at(2, 2) - Rgb::new(0.5, 1.0, 2.0)).length() < 1e-5, "{}", at(2, 2));
         assert!((at(5, 1) - Rgb::new(0.0, 0.0, 2048.0)).length() < 0.1, "{}", at(5, 1));
-        let scaled = decode(&file, "sky", 4.0, 0.0).unwrap();
+        let scaled = read_environment(&Limits::default(), &file, "sky", 4.0, 0.0).unwrap();
         assert!((scaled.map.radiance(middle(2, 2, 8, 4)) - Rgb::new(2.0, 4.0, 8.0)).length() < 1e-4);
         assert_eq!(scaled.hash, loaded.hash);
     }
@@ -101,7 +101,7 @@ fn each_fault_is_a_sentence() {
         assert!(error.starts_with("sky") && !error.contains('\n'), "{error}");
         assert!(parts.iter().all(|part| error.contains(part)), "{parts:?}: {error}");
     }
-    let bright = decode(&whole, "sky", 1e32, 0.0).unwrap_err().to_string();
+    let bright = read_environment(&Limits::default(), &whole, "sky", 1e32, 0.0).unwrap_err().to_string();
     assert!(bright.contains("column 0, row 0") && bright.contains("after scaling"), "{bright}");
     assert!(load_environment(Path::new("nowhere.hdr"), 1.0, 0.0).unwrap_err().to_string().starts_with("cannot read"));
 }

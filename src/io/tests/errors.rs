@@ -18,7 +18,7 @@ fn says(result: Result<Loaded, LoadError>, parts: &[&str]) {
 fn files_that_are_not_there_or_not_glb() {
     says(crate::io::load(Path::new("no/such.glb")), &["cannot read no/such.glb", "check the name"]);
     says(crate::io::load(Path::new(env!("CARGO_MANIFEST_DIR"))), &["not a regular file"]);
-    let read = |bytes: &[u8]| crate::io::read(bytes, Path::new("."), "x.glb", None);
+    let read = |bytes: &[u8]| crate::io::read(bytes, Path::new("."), "x.glb", &LoadOptions::default());
     let whole = glb(r#"{"asset":{"version":"2.0"}}"#, Some(&[1, 2, 3, 4]));
     assert!(read(&whole).is_ok());
     for n in 1..whole.len() {
@@ -37,7 +37,7 @@ fn files_that_are_not_there_or_not_glb() {
 
 #[test]
 fn json_errors_name_their_place() {
-    let read = |text: &str| crate::io::read(text.as_bytes(), Path::new("."), "x.gltf", None);
+    let read = |text: &str| crate::io::read(text.as_bytes(), Path::new("."), "x.gltf", &LoadOptions::default());
     says(read("{\n \"asset\": {\"version\": 2.0}}"), &["x.gltf, line 2", "expected a string"]);
     says(read("{\"asset\":"), &["EOF", "column"]);
     says(read(r#"{"asset":{"version":"1.0"},"meshes":{"a":{}}}"#), &["glTF “1.0”, not 2.0"]);

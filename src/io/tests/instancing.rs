@@ -108,11 +108,13 @@ fn too_many_instances_are_refused_before_any_is_made() {
         }
         document
     };
-    let skinned = changed(document(1 << 28, 1), "/nodes/0/weights", json!([]));
-    for document in [document(1 << 28, 1), document(1 << 23, 5), skinned] {
+    let skinned = changed(document(1 << 22, 9), "/nodes/0/weights", json!([]));
+    for document in [document(1 << 22, 9), skinned] {
         let sentence = load(&document).unwrap_err().to_string();
         assert!(sentence.contains("/nodes/") && sentence.contains("33554432 is the limit"), "{sentence}");
     }
+    let sentence = load(&document(1 << 23, 1)).unwrap_err().to_string();
+    assert!(sentence.contains("/accessors/1/count") && sentence.contains("--limit zeros=N"), "{sentence}");
 }
 
 #[test]

@@ -151,7 +151,9 @@ fn an_empty_file_of_any_kind_is_a_scene() {
     ] {
         assert_eq!(load(&document).unwrap().geometry.triangle_count(), 0);
     }
-    let binary = crate::io::read(&glb(r#"{"asset":{"version":"2.0"}}"#, None), Path::new("."), "x.glb", None).unwrap();
+    let binary =
+        crate::io::read(&glb(r#"{"asset":{"version":"2.0"}}"#, None), Path::new("."), "x.glb", &LoadOptions::default())
+            .unwrap();
     assert!(binary.summary.binary);
 }
 
@@ -201,7 +203,11 @@ fn materials_become_bsdfs() {
 fn the_wanted_scene_is_shown() {
     let mut document = with("/scenes", json!([{ "name": "full", "nodes": [0] }, { "name": "0" }, {}]));
     document["scene"] = json!(0);
-    let read = |wanted| super::super::read(document.to_string().as_bytes(), Path::new("."), "x.gltf", wanted);
+    let options = |scene| LoadOptions { scene, ..LoadOptions::default() };
+    let read = |wanted| {
+        let text = document.to_string();
+        crate::io::read(text.as_bytes(), Path::new("."), "x.gltf", &options(wanted))
+    };
     for (wanted, shown, triangles) in
         [(None, 0, 1), (Some("full"), 0, 1), (Some("1"), 1, 0), (Some("2"), 2, 0), (Some("0"), 1, 0)]
     {
@@ -214,7 +220,8 @@ fn the_wanted_scene_is_shown() {
         assert!(error.ends_with(&format!("there is no scene “{wanted}”: the file has 0 “full”, 1 “0”, 2")), "{error}");
     }
     let none = json!({ "asset": { "version": "2.0" } }).to_string();
-    let error = super::super::read(none.as_bytes(), Path::new("."), "x.gltf", Some("0")).unwrap_err().to_string();
+    let error =
+        crate::io::read(none.as_bytes(), Path::new("."), "x.gltf", &options(Some("0"))).unwrap_err().to_string();
     assert!(error.ends_with("the file has none"), "{error}");
 }
 

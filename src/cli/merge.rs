@@ -1,0 +1,164 @@
+//! `pathspace merge`: the shards of a render, put together.
+
+use std::{
+    ops::Range,
+    path::{Path, PathBuf},
+};
+
+use super::{
+    args::{VerbosityArgs, check_memory},
+    exit::Failure,
+    header::{film_of, header},
+    passes::Passes,
+    pictures::Outputs,
+    render_passes,
+    saved::{self, Shape, open, unusable},
+    terminal::Terminal,
+    values::{self, Bytes},
+};
+use crate::{
+    film::{CheckpointHeader, Coverage, Exposure, Film},
+    render::Statistics,
+    scene::camera::Sensor,
+};
+
+/// The options of `pathspace merge`.
+#[derive(Debug, clap::Args)]
+pub(super) struct MergeArgs {
+    /// Shards and checkpoints of one render, in any order: what 'render --shard' and --checkpoint wrote
+    #[arg(value_name = "SHARD", required = true)]
+    shards: Vec<PathBuf>,
+
+    /// Image to write, .exr (linear, lossless) or .png; may be given several times
+    #[arg(short, long, value_name = "OUT", required = true)]
+    output: Vec<PathBuf>,
+
+    /// Merge what is there even if samples are missing; a line says which
+    #[arg(long)]
+    partial: bool,
+
+    /// Exposure of PNG images: radiances times 2^EV [default: automatic]
+    #[arg(long, value_name = "EV", allow_negative_numbers = true, value_parser = values::finite)]
+    exposure: Option<f32>,
+
+    /// Refuse images that need more memory than this
+    #[arg(long, value_name = "SIZE", default_value = "4GiB", value_parser = values::bytes)]
+    memory_limit: Bytes,
+
+    #[command(flatten)]
+    verbosity: VerbosityArgs,
+}
+
+/// Adds the sums of all shards. What can be refused by their headers is refused before any of the sums is read.
+pub(super) fn run(args: &MergeArgs) -> Result<(), Failure> {
+    let terminal = Terminal::new(args.verbosity.verbosity());
+    let outputs = Outputs::check(args.output.clone())?;
+    let set = Set::of(&args.shards)?;
+    let (passes, missing) = (&set.passes, set.passes.missing(set.whole));
+    if missing.count() > 0 && !args.partial {
+        let (missing, whole) = (missing.to_string(), set.whole);
+        return Err(Failure::input(format!(
+            "of the samples 0 to {} there are none of the numbers {missing} in these files (--partial merges what is there)",
+            whole - 1
+        )));
+    }
+    if passes.count() == 0 {
+        return Err(Failure::input("there is no sample in any of these files, so there is no image"));
+    }
+
+    let CheckpointHeader { sensor, crop, settings, .. } = &set.first;
+    let transparent = set.transparent;
+    // The film and its coverage, and a shard beside them.
+    check_memory(2 * CheckpointHeader::bytes(crop.pixels(), transparent), args.memory_limit, *crop)?;
+    let foreign =
+        || Failure::input(format!("cannot use '{}': its filter or quantum is unknown", args.shards[0].display()));
+    let (filter, scale) = film_of(settings).ok_or_else(foreign)?;
+    let sensor = Sensor { padding: filter.padding(), ..*sensor };
+    let film = Film::new(sensor, *crop, filter, scale);
+    let coverage = transparent.then(|| Coverage::new(*crop, filter));
+    for path in &args.shards {
+        let file = open(path)?;
+        // It was checked, and may have been replaced since.
+        if Shape::of(file.header()).differs(&Shape::of(&set.first)).is_some() || file.is_transparent() != transparent {
+            return Err(Failure::input(format!("'{}' changed while it was merged", path.display())));
+        }
+        file.add_to(&film, coverage.as_ref()).map_err(|error| unusable(path, &error))?;
+    }
+
+    render_passes::faults(&set.statistics, film.errors(), terminal);
+    if missing.count() > 0 {
+        let (there, whole) = (passes.count(), set.whole);
+        terminal.warn(format_args!("only {there} of {whole} samples per pixel are merged: {missing} are missing"));
+    }
+    let noise = render_passes::noise(passes.noise(&film), passes.count());
+    terminal.say(format_args!("{} spp from {} files, {noise}", passes.count(), args.shards.len()));
+    let (image, alpha) = (film.image(passes.count()), coverage.map(|coverage| coverage.alpha()));
+    let exposure = args.exposure.map_or(Exposure::Auto, Exposure::Ev);
+    let header = header(sensor, settings, &film, passes);
+    outputs.write(&image, alpha.as_deref(), &header, exposure, terminal)?;
+    terminal.say(outputs.said());
+    Ok(())
+}
+
+/// What the headers of all files say together.
+struct Set {
+    first: CheckpointHeader,
+    transparent: bool,
+    passes: Passes,
+    /// How many passes there should be.
+    whole: u32,
+    statistics: Statistics,
+}
+
+impl Set {
+    /// Refuses files that are no parts of one render.
+    fn of(paths: &[PathBuf]) -> Result<Self, Failure> {
+        let mut set: Option<Self> = None;
+        let mut ranges: Vec<Range<u32>> = Vec::new();
+        for path in paths {
+            let file = open(path)?;
+            let header = file.header();
+            let counted = saved::statistics(&header.counts);
+            let counted = counted
+                .ok_or_else(|| Failure::input(format!("cannot use '{}': its counts are unreadable", path.display())))?;
+            // A render by time has as many passes as it made.
+            let whole = header.whole.unwrap_or(header.passes.end);
+            let set = set.get_or_insert_with(|| Self {
+                first: header.clone(),
+                transparent: file.is_transparent(),
+                passes: Passes::default(),
+                whole,
+                statistics: Statistics::default(),
+            });
+            set.check(&paths[0], path, header, file.is_transparent())?;
+            if let Err(twice) = set.passes.insert(header.passes.clone()) {
+                let other = ranges.iter().position(|range| range.contains(&twice.start)).unwrap_or_default();
+                let (a, b) = (paths[other].display(), path.display());
+                let twice = Passes::from(twice);
+                return Err(Failure::input(format!("'{a}' and '{b}' both have the samples number {twice}")));
+            }
+            ranges.push(header.passes.clone());
+            set.statistics.add(&counted);
+        }
+        // At least one file is required.
+        set.ok_or_else(|| Failure::usage("there is nothing to merge"))
+    }
+
+    /// Refuses a file that belongs to another render than the first one.
+    fn check(&self, first: &Path, path: &Path, header: &CheckpointHeader, transparent: bool) -> Result<(), Failure> {
+        let (a, b) = (first.display(), path.display());
+        let refuse = |what: String| Err(Failure::input(format!("'{a}' and '{b}' are no parts of one image: {what}")));
+        if let Some((here, there)) = Shape::of(&self.first).differs(&Shape::of(header)) {
+            return refuse(format!("in the first {here}, in the other {there}"));
+        }
+        if self.transparent != transparent {
+            return refuse("only one of them has a transparent background".to_owned());
+        }
+        if self.first.whole != header.whole {
+            let whole = |whole: Option<u32>| whole.map_or("unknown".to_owned(), |whole| whole.to_string());
+            let (here, there) = (whole(self.first.whole), whole(header.whole));
+            return refuse(format!("the whole has {here} samples per pixel in the first, and {there} in the other"));
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,69 @@
+//! The image files of a command: checked before anything is rendered, written at the end.
+
+use std::{io, path::PathBuf};
+
+use super::{exit::Failure, terminal::Terminal};
+use crate::film::{Exposure, Format, Header, Image, check_writable, encode_exr, encode_png, write_atomically};
+
+/// Files to write, each of a known format and in a place where files can be created.
+pub(super) struct Outputs(Vec<(PathBuf, Format)>);
+
+impl Outputs {
+    /// Refuses names of no known format, and places where nothing can be written.
+    pub(super) fn check(paths: Vec<PathBuf>) -> Result<Self, Failure> {
+        let with_format = |path: PathBuf| {
+            let refuse = |reason| Failure::usage(format!("cannot write '{}': {reason}", path.display()));
+            let format = Format::of(&path).map_err(refuse)?;
+            Ok((path, format))
+        };
+        let outputs = paths.into_iter().map(with_format).collect::<Result<Vec<_>, Failure>>()?;
+        for (path, _) in &outputs {
+            check_writable(path).map_err(|error| Failure::output(error.to_string()))?;
+        }
+        Ok(Self(outputs))
+    }
+
+    pub(super) fn paths(&self) -> impl Iterator<Item = &PathBuf> {
+        self.0.iter().map(|(path, _)| path)
+    }
+
+    /// The first file of a format that holds no exact sums.
+    pub(super) fn png(&self) -> Option<&PathBuf> {
+        self.0.iter().find(|(_, format)| *format == Format::Png).map(|(path, _)| path)
+    }
+
+    /// Writes the image to all of them.
+    pub(super) fn write(
+        &self,
+        image: &Image,
+        alpha: Option<&[f32]>,
+        header: &Header,
+        exposure: Exposure,
+        terminal: Terminal,
+    ) -> Result<(), Failure> {
+        for (path, format) in &self.0 {
+            let bytes = match format {
+                Format::Exr => encode_exr(image, alpha, header),
+                Format::Png => {
+                    terminal.detail(format_args!("exposure {:+.2} EV", exposure.ev(image)));
+                    encode_png(image, alpha, exposure)
+                }
+            };
+            let refuse = |error| Failure::output(format!("cannot write '{}': {error}", path.display()));
+            write_atomically(path, &bytes.map_err(refuse)?).map_err(|error| Failure::output(error.to_string()))?;
+        }
+        Ok(())
+    }
+
+    /// Writes the same bytes to all of them, if they could be made.
+    pub(super) fn write_bytes(&self, bytes: io::Result<Vec<u8>>) -> Result<(), Failure> {
+        let bytes = bytes.map_err(|error| Failure::output(format!("cannot encode the file: {error}")))?;
+        let write = |path| write_atomically(path, &bytes).map_err(|error| Failure::output(error.to_string()));
+        self.paths().try_for_each(|path| write(path))
+    }
+
+    /// The last line of a command that wrote them.
+    pub(super) fn said(&self) -> String {
+        format!("wrote {}", self.paths().map(|path| path.display().to_string()).collect::<Vec<_>>().join(" and "))
+    }
+}

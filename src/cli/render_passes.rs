@@ -1,0 +1,189 @@
+//! The loop of `pathspace render`: passes until the goal or an interruption, with progress and checkpoints between them.
+
+use std::{fmt, time::Instant};
+
+use rayon::ThreadPool;
+
+use super::{
+    exit::Exit,
+    interrupt::Interrupt,
+    keep::Keeper,
+    progress::{Clock, Goal, Moment, Progress},
+    terminal::Terminal,
+};
+use crate::{
+    film::{DepositErrors, ENOUGH_TILES, Film},
+    render::{Renderer, Statistics},
+};
+
+/// A noise at which a render is good enough before its goal.
+#[derive(Clone, Copy)]
+pub(super) struct Quality {
+    /// As [`Film::tile_noise`].
+    pub(super) below: f64,
+    /// What it was when it was last looked at.
+    found: Option<f64>,
+}
+
+impl Quality {
+    /// Fewer passes say little of their noise.
+    const FIRST: u32 = 16;
+
+    pub(super) fn new(below: f64) -> Self {
+        Self { below, found: None }
+    }
+
+    /// Looks at the noise after these passes. Only powers of two are looked at, so that the answer depends neither on threads nor on
+    /// interruptions, and that a lucky moment is not waited for.
+    fn look(&mut self, film: &Film, passes: u32) {
+        if passes >= Self::FIRST && passes.is_power_of_two() {
+            self.found = film.tile_noise(passes);
+        }
+    }
+
+    pub(super) fn is_reached(&self) -> bool {
+        self.found.is_some_and(|found| found <= self.below)
+    }
+
+    /// The passes that it will take, the noise going with their root, but no more than `most`.
+    fn expected(&self, passes: u32, most: u32) -> u32 {
+        let last = (passes + 1).next_power_of_two() / 2;
+        let factor = self.found.map_or(1.0, |found| (found / self.below).powi(2)).max(1.0);
+        ((f64::from(last) * factor).min(f64::from(most)) as u32)
+            .max(Self::FIRST)
+            .next_power_of_two()
+            .min(most)
+            .max(passes)
+    }
+}
+
+impl fmt::Display for Quality {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let reached = if self.is_reached() { "reached" } else { "not reached" };
+        write!(f, "{} on {} % of tiles: {reached}", self.below, 100.0 * ENOUGH_TILES)
+    }
+}
+
+/// How a render ended.
+pub(super) struct Ended {
+    pub(super) moment: Moment,
+    /// Whether it was to end by its noise, and did.
+    pub(super) quality: Option<Quality>,
+    /// The exit code of an interruption before the goal.
+    pub(super) interrupted: Option<Exit>,
+}
+
+impl Ended {
+    /// The exit code, if nothing more happens.
+    pub(super) fn exit(&self) -> Exit {
+        self.interrupted.unwrap_or(Exit::Done)
+    }
+
+    /// The same as a word.
+    pub(super) fn outcome(&self) -> &'static str {
+        if self.interrupted.is_some() { "interrupted" } else { "done" }
+    }
+}
+
+/// Renders until `goal`, or to the end of the pass in which the first signal came.
+pub(super) fn run(
+    renderer: &mut Renderer<'_>,
+    pool: &ThreadPool,
+    (goal, mut quality): (Goal, Option<Quality>),
+    keeper: &mut Keeper<'_>,
+    interrupt: &Interrupt,
+    progress: &mut Progress,
+    terminal: Terminal,
+) -> Ended {
+    let start = Start { at: Instant::now(), passes: renderer.passes(), rays: renderer.statistics().rays.total() };
+    let mut noise = None;
+    let mut interrupted = None;
+    interrupt.spare(terminal);
+    let done = |renderer: &Renderer<'_>, quality: Option<Quality>| {
+        start.reached(goal, renderer) || quality.is_some_and(|quality| quality.is_reached())
+    };
+    // A checkpoint may be where it is good enough.
+    if let Some(quality) = &mut quality {
+        quality.look(renderer.film(), renderer.passes());
+    }
+    while interrupted.is_none() && !done(renderer, quality) {
+        pool.install(|| renderer.pass());
+        let passes = renderer.passes();
+        if let Some(quality) = &mut quality {
+            quality.look(renderer.film(), passes);
+        }
+        if progress.is_due() {
+            noise = renderer.film().noise(passes).or(noise);
+            let near = match (goal, quality) {
+                (Goal::Passes(most), Some(quality)) => Goal::Passes(quality.expected(passes, most)),
+                _ => goal,
+            };
+            progress.show(&start.moment(renderer, near, noise));
+        }
+        if !done(renderer, quality) {
+            interrupted = interrupt.asked();
+            if interrupted.is_none() {
+                keeper.after_pass(renderer, terminal);
+            }
+        }
+    }
+    interrupt.settle();
+    progress.finish();
+    let moment = start.moment(renderer, goal, renderer.film().noise(renderer.passes()));
+    Ended { moment, quality, interrupted }
+}
+
+/// Where this run of the program began: a checkpoint's samples are not its own.
+struct Start {
+    at: Instant,
+    passes: u32,
+    rays: u64,
+}
+
+impl Start {
+    fn reached(&self, goal: Goal, renderer: &Renderer<'_>) -> bool {
+        goal.is_reached(renderer.passes(), self.passes, self.at.elapsed())
+    }
+
+    fn moment(&self, renderer: &Renderer<'_>, goal: Goal, noise: Option<f64>) -> Moment {
+        let (passes, resumed) = (renderer.passes(), self.passes);
+        let samples = renderer.film().crop().pixels() * u64::from(passes - resumed);
+        let rays = renderer.statistics().rays.total() - self.rays;
+        Moment { goal, passes, resumed, elapsed: self.at.elapsed(), samples, rays, noise }
+    }
+}
+
+/// What was done, what is known about the noise, and what went wrong.
+pub(super) fn summarise(renderer: &Renderer<'_>, end: &Moment, terminal: Terminal) {
+    faults(&renderer.statistics(), renderer.film().errors(), terminal);
+    let noise = noise(end.noise, end.passes);
+    terminal.say(format_args!("{} spp in {}, {noise}", end.passes, Clock(end.elapsed)));
+}
+
+/// What went wrong, if anything did.
+pub(super) fn faults(statistics: &Statistics, errors: DepositErrors, terminal: Terminal) {
+    terminal.detail(format_args!("{} samples, {} rays", statistics.samples, statistics.rays.total()));
+    for (technique, count) in &statistics.rejected {
+        terminal.warn(format_args!("technique {technique} made {count} contributions that are no number, left out"));
+    }
+    let faults = [
+        (errors.non_finite, "contributions were not finite and are left out"),
+        (errors.negative, "contributions were negative and are left out"),
+        (errors.out_of_range, "contributions were too large for the film and are left out"),
+        (errors.overflow, "sums of pixels overflowed: these pixels are wrong"),
+    ];
+    for (count, what) in faults.into_iter().filter(|(count, _)| *count > 0) {
+        terminal.warn(format_args!("{count} {what}"));
+    }
+}
+
+/// What is known about the noise.
+pub(super) fn noise(noise: Option<f64>, passes: u32) -> String {
+    match noise {
+        Some(noise) => format!("noise {noise:.2e} (relMSE, from two half images)"),
+        None if passes == 0 => "no samples".to_owned(),
+        None if passes == 1 => "noise unknown (one sample per pixel)".to_owned(),
+        None if passes.is_multiple_of(2) => "noise unknown (half images of different length)".to_owned(),
+        None => "noise unknown (odd number of samples)".to_owned(),
+    }
+}
