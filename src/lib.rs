@@ -61,6 +61,7 @@ pub mod cli;
 pub mod film;
 pub mod integrator;
 pub mod io;
+pub mod layers;
 pub mod math;
 pub mod path;
 pub mod render;

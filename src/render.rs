@@ -19,6 +19,7 @@ pub use self::statistics::{Rays, Statistics};
 use crate::{
     film::{Coverage, Crop, Film, FixedPoint, Half},
     integrator::{Integrator, IntegratorKind, Samplers, Scratch, Sink, Splats, Unit, Weighting},
+    layers::Layers,
     math::Rgb,
     path::{JoinedPath, Roulette, Strategy, Technique},
     sampling::{Filter, Independent, Sampler, SamplerKind, Sobol, Stream},
@@ -95,6 +96,7 @@ pub struct Renderer<'a> {
     film: Film,
     /// Of a transparent background.
     coverage: Option<Coverage>,
+    layers: Option<LayerFilms<'a>>,
     /// The first pass of this part of the render, and the next one.
     passes: Range<u32>,
     samples: AtomicU64,
@@ -140,11 +142,26 @@ impl<'a> Renderer<'a> {
             integrator,
             film,
             coverage,
+            layers: None,
             passes: 0..0,
             samples: AtomicU64::new(0),
             rays: Default::default(),
             rejected: Mutex::default(),
         }
+    }
+
+    /// Makes an image of each of `layers` beside the image itself.
+    #[must_use]
+    pub fn with_layers(self, layers: &'a Layers) -> Self {
+        let Settings { crop, filter, .. } = *self.settings;
+        let film = || Film::new(self.scene.camera.sensor(), crop, filter, self.film.scale());
+        let films = std::iter::repeat_with(film).take(layers.len()).collect();
+        Self { layers: Some(LayerFilms { layers, films }), ..self }
+    }
+
+    /// The films of the layers, in the order of [`Layers::names`]; none without layers.
+    pub fn layer_films(&self) -> &[Film] {
+        self.layers.as_ref().map_or(&[], |layers| &layers.films)
     }
 
     /// Makes `first` the next pass: what comes is a part of a longer render, whose other parts have the passes before and after.
@@ -178,7 +195,7 @@ impl<'a> Renderer<'a> {
     /// The same with only those paths deposited for which `keep` holds: a predicate on paths makes an image of its own.
     pub fn pass_where<K: Fn(&JoinedPath) -> bool + Sync>(&mut self, keep: &K) {
         let half = Half::of_pass(self.passes.end);
-        self.run(|renderer| ToFilm { film: &renderer.film, half, keep });
+        self.run(|renderer| ToFilm { renderer, half, keep });
         self.passes.end += 1;
     }
 
@@ -271,6 +288,11 @@ impl<'a> Renderer<'a> {
     /// The passes that the film holds: from 0, unless this is a part of a longer render.
     pub fn range(&self) -> Range<u32> {
         self.passes.clone()
+    }
+
+    /// The integrator with its table.
+    pub fn integrator(&self) -> &Integrator {
+        &self.integrator
     }
 
     /// The film with the sums so far.
@@ -374,9 +396,15 @@ pub trait Collector {
     fn collect(&mut self, path: &JoinedPath, value: Rgb);
 }
 
-/// Brings the paths that are to be kept to the film.
+/// The layers with their films.
+struct LayerFilms<'a> {
+    layers: &'a Layers,
+    films: Vec<Film>,
+}
+
+/// Brings the paths that are to be kept to the film, and to their layers.
 struct ToFilm<'a, K> {
-    film: &'a Film,
+    renderer: &'a Renderer<'a>,
     half: Half,
     keep: &'a K,
 }
@@ -385,7 +413,10 @@ impl<K: Fn(&JoinedPath) -> bool> Collector for ToFilm<'_, K> {
     #[inline]
     fn collect(&mut self, path: &JoinedPath, value: Rgb) {
         if (self.keep)(path) {
-            self.film.deposit(path.raster(), value, self.half);
+            self.renderer.film.deposit(path.raster(), value, self.half);
+            if let Some(LayerFilms { layers, films }) = &self.renderer.layers {
+                layers.deposit(self.renderer.scene, path, value, self.half, films);
+            }
         }
     }
 }

@@ -7,6 +7,7 @@ use rayon::{ThreadPool, ThreadPoolBuilder};
 use super::{
     environment::EnvironmentArgs,
     exit::Failure,
+    layers::LayerArgs,
     progress::{MOST_PASSES, Style},
     terminal::Verbosity,
     values::{self, Bytes, LookAt, Shard},
@@ -95,6 +96,9 @@ pub(super) struct RenderArgs {
     /// With --only-strategy: the strategy by itself, not weighted against the others
     #[arg(long, requires = "only_strategy")]
     pub(super) unweighted: bool,
+
+    #[command(flatten)]
+    pub(super) layers: LayerArgs,
 
     #[command(flatten)]
     pub(super) part: PartArgs,

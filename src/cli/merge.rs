@@ -95,7 +95,7 @@ pub(super) fn run(args: &MergeArgs) -> Result<(), Failure> {
     let (image, alpha) = (film.image(passes.count()), coverage.map(|coverage| coverage.alpha()));
     let exposure = args.exposure.map_or(Exposure::Auto, Exposure::Ev);
     let header = header(sensor, settings, &film, passes);
-    outputs.write(&image, alpha.as_deref(), &header, exposure, terminal)?;
+    outputs.write(&image, alpha.as_deref(), &[], &header, exposure, terminal)?;
     terminal.say(outputs.said());
     Ok(())
 }

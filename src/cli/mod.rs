@@ -10,6 +10,7 @@ mod info;
 mod info_json;
 mod interrupt;
 mod keep;
+mod layers;
 mod merge;
 mod opened;
 mod passes;

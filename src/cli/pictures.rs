@@ -32,18 +32,24 @@ impl Outputs {
         self.0.iter().find(|(_, format)| *format == Format::Png).map(|(path, _)| path)
     }
 
-    /// Writes the image to all of them.
+    /// Whether a file can hold more than one image.
+    pub(super) fn holds_layers(&self) -> bool {
+        self.0.iter().any(|(_, format)| *format == Format::Exr)
+    }
+
+    /// Writes the image to all of them, and the layers to those that can hold them.
     pub(super) fn write(
         &self,
         image: &Image,
         alpha: Option<&[f32]>,
+        layers: &[(String, Image)],
         header: &Header,
         exposure: Exposure,
         terminal: Terminal,
     ) -> Result<(), Failure> {
         for (path, format) in &self.0 {
             let bytes = match format {
-                Format::Exr => encode_exr(image, alpha, header),
+                Format::Exr => encode_exr(image, alpha, layers, header),
                 Format::Png => {
                     terminal.detail(format_args!("exposure {:+.2} EV", exposure.ev(image)));
                     encode_png(image, alpha, exposure)

@@ -12,6 +12,7 @@ use super::{
     header::{self, Job, header},
     interrupt::Interrupt,
     keep::{Keeper, resume_command},
+    layers,
     opened::Opened,
     passes::Passes,
     pictures::Outputs,
@@ -23,8 +24,9 @@ use super::{
     values::Shard,
 };
 use crate::{
-    film::{CheckpointHeader, Coverage, Crop, Exposure, Film},
+    film::{CheckpointHeader, Coverage, Crop, Exposure, Film, Header},
     integrator::{IntegratorKind, Weighting},
+    layers::Layers,
     path::Strategy,
     render::{Background, Renderer, Settings},
     scene::camera::Sensor,
@@ -52,6 +54,7 @@ pub(super) fn run(args: &RenderArgs) -> Result<Exit, Failure> {
     let outputs = outputs(args)?;
     Keeper::check(&args.part, &outputs)?;
     stats::check(args.stats.as_ref(), &outputs)?;
+    args.layers.check(args, &outputs)?;
     let pool = args.paths.thread_pool()?;
     let mut phases = Phases::start();
 
@@ -68,7 +71,10 @@ pub(super) fn run(args: &RenderArgs) -> Result<Exit, Failure> {
     let Wanted { passes, goal, whole } = wanted(args);
     let renderer = pool.install(|| Renderer::new(&scene, &settings));
     phases.end("build");
-    let recorded = header::settings(&job, renderer.film().scale());
+    let mut recorded = header::settings(&job, renderer.film().scale());
+    args.layers.record(&mut recorded);
+    let layers = args.layers.choose(args, &scene, &renderer)?;
+    let renderer = if layers.is_empty() { renderer } else { renderer.with_layers(&layers) };
     let mut renderer = match &args.part.resume {
         None => renderer.starting_at(passes.start),
         Some(path) => saved::resume(renderer, path, sensor, &recorded, passes)?,
@@ -89,13 +95,18 @@ pub(super) fn run(args: &RenderArgs) -> Result<Exit, Failure> {
     // The checkpoint first: it is what cannot be made again from the image.
     let checkpoint = match ended.interrupted {
         None => keeper.at_end(&renderer)?,
+        // A checkpoint would have lost them.
+        Some(_) if !layers.is_empty() => None,
         Some(_) => Some(keeper.at_interruption(&renderer)?),
     };
     let written = match (args.part.shard, ended.interrupted) {
         // Half a shard is none.
         (Some(_), Some(_)) => false,
         (Some(_), None) => outputs.write_bytes(saved::encode(&renderer, sensor, &recorded, whole)).map(|()| true)?,
-        (None, _) => write(args, &outputs, sensor, &recorded, &renderer, ended.quality, terminal).map(|()| true)?,
+        (None, _) => {
+            let header = image_header(sensor, &recorded, &renderer, ended.quality);
+            write(args, &outputs, &header, &renderer, &layers, terminal).map(|()| true)?
+        }
     };
     phases.end("write");
     if let Some(path) = &args.stats {
@@ -106,8 +117,12 @@ pub(super) fn run(args: &RenderArgs) -> Result<Exit, Failure> {
     if written {
         terminal.say(outputs.said());
     }
-    if let (Some(_), Some(checkpoint)) = (ended.interrupted, checkpoint) {
-        terminal.say(format_args!("interrupted; to go on: {}", resume_command(checkpoint)));
+    match (ended.interrupted, checkpoint) {
+        (Some(_), Some(checkpoint)) => {
+            terminal.say(format_args!("interrupted; to go on: {}", resume_command(checkpoint)));
+        }
+        (Some(_), None) => terminal.say("interrupted; a render with layers cannot be continued"),
+        (None, _) => {}
     }
     progress.event(|| {
         let files: Vec<_> = outputs.paths().filter(|_| written).map(|path| path.display().to_string()).collect();
@@ -239,20 +254,30 @@ fn check_memory(args: &RenderArgs, settings: &Settings) -> Result<(), Failure> {
     args.size.check_memory(needed, settings.crop)
 }
 
-/// Writes the image to all outputs.
-fn write(
-    args: &RenderArgs,
-    outputs: &Outputs,
+/// What the image's file says of it.
+fn image_header(
     sensor: Sensor,
     recorded: &BTreeMap<String, String>,
     renderer: &Renderer<'_>,
     quality: Option<Quality>,
-    terminal: Terminal,
-) -> Result<(), Failure> {
-    let (film, passes) = (renderer.film(), Passes::from(renderer.range()));
-    let exposure = args.exposure.map_or(Exposure::Auto, Exposure::Ev);
-    let mut header = header(sensor, recorded, film, &passes);
+) -> Header {
+    let mut header = header(sensor, recorded, renderer.film(), &Passes::from(renderer.range()));
     // It chose the number of samples by what they showed.
     header.attributes.extend(quality.map(|quality| ("noise-target".to_owned(), quality.to_string())));
-    outputs.write(&film.image(passes.count()), renderer.alpha().as_deref(), &header, exposure, terminal)
+    header
+}
+
+/// Writes the image and its layers to all outputs.
+fn write(
+    args: &RenderArgs,
+    outputs: &Outputs,
+    header: &Header,
+    renderer: &Renderer<'_>,
+    layers: &Layers,
+    terminal: Terminal,
+) -> Result<(), Failure> {
+    let passes = renderer.passes();
+    let exposure = args.exposure.map_or(Exposure::Auto, Exposure::Ev);
+    let (image, alpha) = (renderer.film().image(passes), renderer.alpha());
+    outputs.write(&image, alpha.as_deref(), &layers::images(layers, renderer, passes), header, exposure, terminal)
 }

@@ -7,7 +7,9 @@ use ::exr::{
         attribute::{AttributeValue, Chromaticities, IntegerBounds, LineOrder, Text},
         header::{ImageAttributes, LayerAttributes},
     },
-    prelude::{Blocks, Compression, Encoding, Layer, SpecificChannels, Vec2, WritableImage},
+    prelude::{
+        AnyChannel, AnyChannels, Blocks, Compression, Encoding, FlatSamples, Layer, SmallVec, Vec2, WritableImage,
+    },
 };
 
 use super::{Crop, Image};
@@ -25,36 +27,48 @@ pub struct Header {
     pub attributes: Vec<(String, String)>,
 }
 
-/// Encodes `image` as an OpenEXR file of one part with the 32-bit float channels R, G and B, and A where `alpha` has one number
-/// per pixel, without loss, and with the same bytes whenever called with the same arguments. Colours are premultiplied, as
-/// OpenEXR wants them: `image` holds what the covered part of each pixel adds.
+/// Encodes `image` as an OpenEXR file of one part with the 32-bit float channels R, G and B, A where `alpha` has one number
+/// per pixel, and NAME.R, NAME.G and NAME.B for each of `layers`; without loss, and with the same bytes whenever called with the same
+/// arguments. Colours are premultiplied, as OpenEXR wants them: `image` holds what the covered part of each pixel adds.
 ///
 /// # Errors
 /// If the format cannot hold the image.
-pub fn encode_exr(image: &Image, alpha: Option<&[f32]>, header: &Header) -> io::Result<Vec<u8>> {
+///
+/// # Panics
+/// If a layer or `alpha` has another size than the image.
+pub fn encode_exr(
+    image: &Image,
+    alpha: Option<&[f32]>,
+    layers: &[(String, Image)],
+    header: &Header,
+) -> io::Result<Vec<u8>> {
     let shared = ImageAttributes { chromaticities: Some(REC_709), ..image_attributes(header) };
     let own = own_attributes(header);
     let encoding =
         Encoding { compression: Compression::ZIP16, blocks: Blocks::ScanLines, line_order: LineOrder::Increasing };
     let size = Vec2(image.width as usize, image.height as usize);
-    let rgb = |x: usize, y: usize| <(f32, f32, f32)>::from(image.get(x as u32, y as u32));
-    let mut bytes = Vec::new();
-    match alpha {
-        None => {
-            let channels = SpecificChannels::rgb(|Vec2(x, y)| rgb(x, y));
-            let image = ::exr::image::Image::new(shared, Layer::new(size, own, encoding, channels));
-            image.write().non_parallel().to_buffered(Cursor::new(&mut bytes))
-        }
-        Some(alpha) => {
-            let channels = SpecificChannels::rgba(|Vec2(x, y)| {
-                let (r, g, b) = rgb(x, y);
-                (r, g, b, alpha[y * size.0 + x])
-            });
-            let image = ::exr::image::Image::new(shared, Layer::new(size, own, encoding, channels));
-            image.write().non_parallel().to_buffered(Cursor::new(&mut bytes))
+    let mut channels = SmallVec::new();
+    let mut add = |name: &str, samples: Vec<f32>| {
+        assert_eq!(samples.len(), image.pixels.len(), "every channel has the image's pixels");
+        channels.push(AnyChannel::new(name, FlatSamples::F32(samples)));
+    };
+    let component = |image: &Image, i: usize| image.pixels.iter().map(|p| p[i]).collect::<Vec<_>>();
+    for (i, letter) in ["R", "G", "B"].into_iter().enumerate() {
+        add(letter, component(image, i));
+        for (name, layer) in layers {
+            add(&format!("{name}.{letter}"), component(layer, i));
         }
     }
-    .map_err(|error| io::Error::other(error.to_string()))?;
+    if let Some(alpha) = alpha {
+        add("A", alpha.to_vec());
+    }
+    let layer = Layer::new(size, own, encoding, AnyChannels::sort(channels));
+    let mut bytes = Vec::new();
+    ::exr::image::Image::new(shared, layer)
+        .write()
+        .non_parallel()
+        .to_buffered(Cursor::new(&mut bytes))
+        .map_err(|error| io::Error::other(error.to_string()))?;
     sort_attributes(&mut bytes).ok_or_else(|| io::Error::other("unexpected OpenEXR header"))?;
     Ok(bytes)
 }
@@ -129,9 +143,13 @@ mod tests {
     #[test]
     fn the_same_image_is_the_same_file() {
         let (image, header) = example();
-        let bytes = encode_exr(&image, None, &header).unwrap();
+        let bytes = encode_exr(&image, None, &[], &header).unwrap();
         for _ in 0..8 {
-            assert_eq!(bytes, encode_exr(&image, None, &header).unwrap(), "hash maps have their own order each time");
+            assert_eq!(
+                bytes,
+                encode_exr(&image, None, &[], &header).unwrap(),
+                "hash maps have their own order each time"
+            );
         }
     }
 
@@ -139,7 +157,7 @@ mod tests {
     fn alpha_is_a_channel_of_its_own_beside_untouched_colours() {
         let (image, header) = example();
         let alpha: Vec<f32> = (0..17 * 40).map(|i| i as f32 / 680.0).collect();
-        let bytes = encode_exr(&image, Some(&alpha), &header).unwrap();
+        let bytes = encode_exr(&image, Some(&alpha), &[], &header).unwrap();
         let read = read()
             .no_deep_data()
             .largest_resolution_level()
@@ -160,7 +178,7 @@ mod tests {
     #[test]
     fn pixels_windows_and_attributes_come_back() {
         let (image, header) = example();
-        let bytes = encode_exr(&image, None, &header).unwrap();
+        let bytes = encode_exr(&image, None, &[], &header).unwrap();
         let file = read()
             .no_deep_data()
             .largest_resolution_level()

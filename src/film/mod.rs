@@ -181,12 +181,16 @@ impl Film {
         self.count(Fault::Overflow, overflow);
     }
 
-    fn pixels(&self) -> usize {
+    /// How many pixels it holds.
+    pub fn pixels(&self) -> usize {
         self.halves[0].len()
     }
 
-    /// One channel of a half image's pixel, in quanta.
-    fn sum(&self, half: Half, pixel: usize, channel: usize) -> u64 {
+    /// The sum of one channel of a half image's pixel, in quanta: exact. Pixels are counted row by row.
+    ///
+    /// # Panics
+    /// For a pixel or a channel that is not there.
+    pub fn sum(&self, half: Half, pixel: usize, channel: usize) -> u64 {
         self.halves[half as usize].sum(pixel, channel)
     }
 

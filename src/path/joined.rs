@@ -15,7 +15,7 @@ use crate::{
         Scene,
         bsdf::{Lobe, ScatterEvent, Transport},
         camera::Raster,
-        point::Place,
+        point::{Place, Point},
     },
 };
 
@@ -204,6 +204,20 @@ impl<'a> JoinedPath<'a> {
         let step = self.step(i);
         let scattered = 0 < i && i < self.edges() && !self.is_at_joint(i);
         if scattered { step.vertex } else { Vertex::new(step.vertex.point) }
+    }
+
+    /// Where p_i is.
+    #[inline]
+    pub fn point(&self, i: u32) -> &'a Point {
+        &self.step(i).vertex.point
+    }
+
+    /// Whether the light passes to the other side of the surface at p_i, 0 < i < n.
+    #[inline]
+    pub fn transmits(&self, i: u32) -> bool {
+        let p = self.point(i);
+        let side = |j: u32| p.normal.dot(Edge::between(p, self.point(j)).direction) > 0.0;
+        side(i - 1) != side(i + 1)
     }
 
     /// What happens to the light at p_i, 0 < i < n: the letter of the path's class.

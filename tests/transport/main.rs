@@ -14,6 +14,7 @@ mod glass;
 mod identity;
 mod instances;
 mod islands;
+mod layers;
 mod lecture;
 mod ledger;
 mod lights;

@@ -1,0 +1,196 @@
+//! The alphabet of light path expressions: a byte for every event of a path.
+
+use std::ops::BitAnd;
+
+use crate::{
+    path::{Densities, JoinedPath},
+    scene::{
+        Scene,
+        bsdf::ScatterEvent,
+        light::{Light, LightId},
+        point::Point,
+    },
+};
+
+/// What happens at a vertex.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[repr(u8)]
+pub(super) enum Kind {
+    Camera,
+    DiffuseReflection,
+    DiffuseTransmission,
+    GlossyReflection,
+    GlossyTransmission,
+    SpecularReflection,
+    SpecularTransmission,
+    Surface,
+    Lamp,
+    Spot,
+    Sun,
+    Sky,
+}
+
+/// How many kinds there are.
+const KINDS: u8 = 12;
+
+impl Kind {
+    /// The lights, and what they are called.
+    pub const LIGHTS: [(Self, &str); 5] = [
+        (Self::Surface, "surface"),
+        (Self::Lamp, "point"),
+        (Self::Spot, "spot"),
+        (Self::Sun, "sun"),
+        (Self::Sky, "sky"),
+    ];
+
+    pub(super) fn of_event(event: ScatterEvent, transmits: bool) -> Self {
+        match (event, transmits) {
+            (ScatterEvent::Diffuse, false) => Self::DiffuseReflection,
+            (ScatterEvent::Diffuse, true) => Self::DiffuseTransmission,
+            (ScatterEvent::Glossy, false) => Self::GlossyReflection,
+            (ScatterEvent::Glossy, true) => Self::GlossyTransmission,
+            (ScatterEvent::Specular, false) => Self::SpecularReflection,
+            (ScatterEvent::Specular, true) => Self::SpecularTransmission,
+        }
+    }
+
+    pub(super) fn of_light(light: &Light) -> Self {
+        match light {
+            Light::Area { .. } => Self::Surface,
+            Light::Point { .. } => Self::Lamp,
+            Light::Spot(_) => Self::Spot,
+            Light::Directional { .. } => Self::Sun,
+            Light::Environment { .. } | Light::EnvironmentMap(_) => Self::Sky,
+        }
+    }
+}
+
+/// A set of kinds.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct Kinds(u16);
+
+impl Kinds {
+    pub const ALL: Self = Self((1 << KINDS) - 1);
+
+    pub fn just(kind: Kind) -> Self {
+        Self(1 << kind as u8)
+    }
+
+    fn among(kinds: &[Kind]) -> Self {
+        Self(kinds.iter().fold(0, |set, kind| set | Self::just(*kind).0))
+    }
+
+    /// What a letter of an expression stands for.
+    pub fn of_letter(letter: char) -> Option<Self> {
+        use Kind::{
+            Camera, DiffuseReflection, DiffuseTransmission, GlossyReflection, GlossyTransmission, Lamp, Sky,
+            SpecularReflection, SpecularTransmission, Spot, Sun, Surface,
+        };
+        Some(Self::among(match letter {
+            '.' => return Some(Self::ALL),
+            'C' => &[Camera],
+            'D' => &[DiffuseReflection, DiffuseTransmission],
+            'G' => &[GlossyReflection, GlossyTransmission],
+            'S' => &[SpecularReflection, SpecularTransmission],
+            'R' => &[DiffuseReflection, GlossyReflection, SpecularReflection],
+            'T' => &[DiffuseTransmission, GlossyTransmission, SpecularTransmission],
+            'L' => &[Surface, Lamp, Spot, Sun, Sky],
+            _ => return None,
+        }))
+    }
+}
+
+impl BitAnd for Kinds {
+    type Output = Self;
+
+    fn bitand(self, other: Self) -> Self {
+        Self(self.0 & other.0)
+    }
+}
+
+/// The names of materials that expressions ask for, each with the materials that have it.
+#[derive(Clone, Debug, Default)]
+pub struct Tags {
+    names: Vec<String>,
+    /// For each material one more than the number of its name, or zero.
+    of_material: Vec<u8>,
+}
+
+/// Why names cannot be told apart.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum TagError {
+    /// No material is called so.
+    #[error("no material of the scene is called '{0}'; 'pathspace info' lists them")]
+    Unknown(String),
+    /// There are more names than symbols.
+    #[error("expressions name more than {} materials", Tags::MOST)]
+    TooMany,
+}
+
+impl Tags {
+    /// So many names fit into a byte beside the kinds.
+    const MOST: usize = 20;
+
+    /// Looks `names` up among the scene's materials.
+    ///
+    /// # Errors
+    /// If no material has one of the names, or there are more than twenty.
+    pub fn new<'a>(names: impl IntoIterator<Item = &'a str>, scene: &Scene) -> Result<Self, TagError> {
+        let mut tags = Self { names: Vec::new(), of_material: vec![0; scene.materials().len()] };
+        for name in names {
+            if tags.names.iter().any(|known| known == name) {
+                continue;
+            }
+            if tags.names.len() == Self::MOST {
+                return Err(TagError::TooMany);
+            }
+            tags.names.push(name.to_owned());
+            let mut found = false;
+            for (tag, material) in tags.of_material.iter_mut().zip(scene.materials()) {
+                if material.name == name {
+                    *tag = tags.names.len() as u8;
+                    found = true;
+                }
+            }
+            if !found {
+                return Err(TagError::Unknown(name.to_owned()));
+            }
+        }
+        Ok(tags)
+    }
+
+    /// Every symbol that a path may have.
+    pub(super) fn symbols(&self) -> impl Iterator<Item = u8> {
+        0..KINDS * (self.names.len() as u8 + 1)
+    }
+
+    /// Whether a symbol is of one of these kinds, and of that name if there is one.
+    pub(super) fn is(&self, symbol: u8, kinds: Kinds, name: Option<&str>) -> bool {
+        let (tag, kind) = (symbol / KINDS, symbol % KINDS);
+        let named = name.is_none_or(|name| tag > 0 && self.names[usize::from(tag) - 1] == name);
+        kinds.0 >> kind & 1 == 1 && named
+    }
+
+    /// Writes the symbols of a path, camera first, and returns how many they are.
+    ///
+    /// # Panics
+    /// If the path has more vertices than `symbols` has room for.
+    pub(super) fn spell(&self, scene: &Scene, path: &JoinedPath, symbols: &mut [u8]) -> usize {
+        let n = path.edges() as usize;
+        symbols[0] = Kind::Camera as u8;
+        for i in 1..n as u32 {
+            let kind = Kind::of_event(path.event(i), path.transmits(i));
+            symbols[i as usize] = self.symbol(kind, path.point(i));
+        }
+        let end = path.point(n as u32);
+        let light = end.light.map_or(Kind::Surface, |LightId(id)| Kind::of_light(&scene.lights().all()[id as usize]));
+        symbols[n] = self.symbol(light, end);
+        n + 1
+    }
+
+    fn symbol(&self, kind: Kind, point: &Point) -> u8 {
+        // A place without a surface has no material.
+        let tag = self.of_material.get(point.material.0 as usize).copied().unwrap_or(0);
+        kind as u8 + KINDS * tag
+    }
+}
