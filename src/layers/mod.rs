@@ -101,8 +101,8 @@ enum Sorting {
     Expressions(Vec<Matcher>),
     /// That of its light, by the light's id.
     Light(Vec<u32>),
-    /// That of the strategy which found it.
-    Strategy(Vec<Technique>),
+    /// That of the strategy which found it; area sampling has the last.
+    Strategy(StrategyIndex),
 }
 
 #[derive(Clone, Debug)]
@@ -202,11 +202,7 @@ impl Layers {
                         add(layer_of[id as usize] as usize);
                     }
                 }
-                Sorting::Strategy(techniques) => {
-                    if let Some(i) = techniques.iter().position(|technique| *technique == path.technique()) {
-                        add(i);
-                    }
-                }
+                Sorting::Strategy(index) => add(index.of(path.technique()).unwrap_or(own.len() - 1)),
             }
         }
     }
@@ -242,17 +238,38 @@ fn by_light(scene: &Scene) -> Group {
     Group { sorting: Sorting::Light(layer_of), names }
 }
 
+/// The number of each strategy of a table among those that it has.
+#[derive(Clone, Debug)]
+struct StrategyIndex {
+    /// At `s·side + t`.
+    numbers: Vec<usize>,
+    side: u32,
+}
+
+impl StrategyIndex {
+    /// `None` for what is no strategy (s,t).
+    #[inline]
+    fn of(&self, technique: Technique) -> Option<usize> {
+        match technique {
+            Technique::Bidirectional(Strategy { s, t }) => Some(self.numbers[(s * self.side + t) as usize]),
+            Technique::Area => None,
+        }
+    }
+}
+
 fn by_strategy(integrator: &Integrator) -> Group {
     let table = integrator.techniques();
-    let mut techniques: Vec<_> = table.strategies().map(Technique::Bidirectional).collect();
-    if table.area() > 0 {
-        techniques.push(Technique::Area);
+    let side = table.max_depth() + 2;
+    let mut numbers = vec![usize::MAX; (side * side) as usize];
+    let mut names = Vec::new();
+    for Strategy { s, t } in table.strategies() {
+        numbers[(s * side + t) as usize] = names.len();
+        names.push(format!("s{s}t{t}"));
     }
-    let name = |technique: &Technique| match technique {
-        Technique::Bidirectional(Strategy { s, t }) => format!("s{s}t{t}"),
-        Technique::Area => "area".to_owned(),
-    };
-    Group { names: techniques.iter().map(name).collect(), sorting: Sorting::Strategy(techniques) }
+    if table.area() > 0 {
+        names.push("area".to_owned());
+    }
+    Group { names, sorting: Sorting::Strategy(StrategyIndex { numbers, side }) }
 }
 
 /// A name as programs take it for a part of a channel's: what is neither a letter, a digit, '-' nor '_' becomes '_'.

@@ -4,6 +4,7 @@ mod checkpoints;
 mod environment;
 mod info;
 mod interruption;
+mod layers;
 mod malformed;
 mod render;
 mod shards;

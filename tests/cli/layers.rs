@@ -1,0 +1,75 @@
+//! Layers: channels of the .exr file beside the image's own.
+
+use std::collections::BTreeMap;
+
+use exr::prelude::{ReadChannels, ReadLayers, read};
+
+use crate::{Run, code, refused, stderr};
+
+/// The channels of a file, by their names.
+fn channels(file: &[u8]) -> BTreeMap<String, Vec<f32>> {
+    let image = read()
+        .no_deep_data()
+        .largest_resolution_level()
+        .all_channels()
+        .first_valid_layer()
+        .all_attributes()
+        .from_buffered(std::io::Cursor::new(file))
+        .unwrap();
+    let channels = image.layer_data.channel_data.list.into_iter();
+    channels.map(|c| (c.name.to_string(), c.sample_data.values_as_f32().collect())).collect()
+}
+
+#[test]
+fn layers_are_channels_that_add_up_and_leave_the_image_alone() {
+    let run = Run::new();
+    let plain = channels(&run.image("plain.exr", &["--spp", "2"]));
+    let options = ["--spp", "2", "--layers", "classes,bounces", "--layer", "red=C<D'red'>.*L", "--max-depth", "6"];
+    let file = run.image("layers.exr", &options);
+    assert_eq!(file, run.image("again.exr", &options), "the same layers are the same file");
+    let found = channels(&file);
+    assert_eq!(plain.keys().collect::<Vec<_>>(), ["B", "G", "R"]);
+    assert_eq!(found.len(), 3 * (1 + 7 + 6 + 1));
+    for set in ["classes.", "bounces."] {
+        for letter in ["R", "G", "B"] {
+            let own = |name: &str| name.starts_with(set) && name.ends_with(letter);
+            let layers: Vec<_> = found.iter().filter(|(name, _)| own(name)).map(|(_, values)| values).collect();
+            for (i, value) in found[letter].iter().enumerate() {
+                let sum: f32 = layers.iter().map(|layer| layer[i]).sum();
+                assert!((sum - value).abs() <= 1e-5 * value, "{set}{letter}: {sum} and {value}");
+            }
+        }
+    }
+    assert!(found["red.R"].iter().any(|x| *x > 0.0) && found["red.R"] != found["R"]);
+}
+
+#[test]
+fn the_image_is_the_same_with_and_without_layers() {
+    let run = Run::new();
+    let plain = channels(&run.image("plain.exr", &["--spp", "2"]));
+    let layered = channels(&run.image("layers.exr", &["--spp", "2", "--layers", "strategies"]));
+    assert!(["R", "G", "B"].iter().all(|letter| plain[*letter] == layered[*letter]));
+}
+
+#[test]
+fn what_cannot_be_a_layer_is_refused_in_a_sentence() {
+    let run = Run::new();
+    for (options, about) in [
+        (&["--layer", "CDL"][..], "NAME=EXPR"),
+        (&["--layer", "a b=CDL"], "'a b' is no name of a layer"),
+        (&["--layer", "a=CDX"], "character 3 of 'CDX': 'X' is no event"),
+        (&["--layer", "a=C<D'door'>L"], "no material of the scene is called 'door'"),
+        (&["--layer", "a=CDL", "--layer", "a=CGL"], "two layers 'a'"),
+        (&["--layers", "bounce"], "bounces"),
+        (&["--layers", "bounces", "-o", "a.png"], "layers are channels of an .exr file"),
+        (&["--layers", "bounces", "--shard", "1/2"], "without layers"),
+        (&["--layers", "bounces", "--checkpoint", "c.exr"], "without layers"),
+        (&["--layers", "strategies", "--max-depth", "200", "--memory-limit", "1MiB"], "--memory-limit"),
+    ] {
+        let output = run.render(&[&["--spp", "1", "-q"], options].concat());
+        refused(&output, 2, about);
+        assert!(run.files().is_empty(), "{options:?} wrote {:?}", run.files());
+    }
+    let output = run.render(&["--spp", "1", "-q", "--layers", "bounces", "--max-depth", "3"]);
+    assert_eq!(code(&output), 0, "{}", stderr(&output));
+}
