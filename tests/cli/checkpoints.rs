@@ -57,7 +57,7 @@ fn a_checkpoint_of_something_else_is_refused() {
     for (options, about) in [
         (&["--seed", "1"][..], "seed is '0' there, and seed is '1' here"),
         (&["-i", "path"], "integrator"),
-        (&["--sampler", "sobol"], "sampler"),
+        (&["--sampler", "independent"], "sampler"),
         (&["--max-depth", "5"], "max-depth"),
         (&["--roulette", "off"], "roulette"),
         (&["--filter", "blackman-harris"], "filter"),
