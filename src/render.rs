@@ -21,7 +21,7 @@ use crate::{
     integrator::{Integrator, IntegratorKind, Samplers, Scratch, Sink, Splats, Unit, Weighting},
     layers::Layers,
     math::Rgb,
-    path::{JoinedPath, Roulette, Strategy, Technique},
+    path::{Densities, JoinedPath, Roulette, Strategy, Technique},
     sampling::{Filter, Independent, Sampler, SamplerKind, Sobol, Stream},
     scene::{
         Scene,
@@ -49,6 +49,10 @@ pub struct Settings {
     pub hemisphere: Directions,
     /// The longest path, in edges.
     pub max_depth: u32,
+    /// The shortest path, in edges: shorter ones are left out of the image. 1 for all.
+    pub min_depth: u32,
+    /// Next-event samples at each vertex of a camera subpath.
+    pub light_samples: u32,
     /// When Russian roulette may end a subpath.
     pub roulette: Roulette,
     /// The deposits of one strategy only, and how they are weighted.
@@ -76,6 +80,8 @@ impl Settings {
             integrator: IntegratorKind::Bdpt,
             hemisphere: Directions::Bsdf,
             max_depth: 16,
+            min_depth: 1,
+            light_samples: 1,
             roulette: Roulette::default(),
             only: None,
             sampler: SamplerKind::default(),
@@ -119,6 +125,9 @@ impl<'a> Renderer<'a> {
             }
             kind => Integrator::new(kind, sensor, max_depth, roulette),
         };
+        if settings.light_samples != 1 {
+            integrator = integrator.with_light_samples(settings.light_samples);
+        }
         if let Some((strategy, weighting)) = settings.only {
             integrator = integrator.only(strategy, weighting);
         }
@@ -431,10 +440,11 @@ struct TaskSink<'a, C> {
 impl<C: Collector> Sink for TaskSink<'_, C> {
     #[inline]
     fn deposit(&mut self, path: &JoinedPath, value: Rgb) {
-        if self.renderer.coverage.is_some() && path.shows_background() {
+        let settings = self.renderer.settings;
+        if path.edges() < settings.min_depth || (self.renderer.coverage.is_some() && path.shows_background()) {
             return;
         }
-        let value = match self.renderer.settings.clamp {
+        let value = match settings.clamp {
             Some(most) => value.min(Rgb::splat(most)),
             None => value,
         };

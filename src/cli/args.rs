@@ -63,6 +63,14 @@ pub(super) struct RenderArgs {
     #[command(flatten)]
     pub(super) paths: PathArgs,
 
+    /// Shortest path, in edges: K^i L_e alone with --min-depth and --max-depth of i + 1
+    #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..=255))]
+    pub(super) min_depth: u32,
+
+    /// Samples of the lights at each vertex of a camera path
+    #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..=1024))]
+    pub(super) light_samples: u32,
+
     /// Random numbers: independent of each other, or evenly distributed over a pixel's samples (sobol) [default: sobol; independent
     /// with -i light]
     #[arg(long, value_name = "NAME", value_parser = values::sampler())]

@@ -47,6 +47,12 @@ pub(super) fn settings(job: &Job<'_>, scale: FixedPoint) -> BTreeMap<String, Str
         (QUANTUM, format!("2^{}", scale.exponent())),
         ("instructions", INSTRUCTIONS.to_owned()),
     ];
+    if settings.min_depth != 1 {
+        attributes.push(("min-depth", settings.min_depth.to_string()));
+    }
+    if settings.light_samples != 1 {
+        attributes.push(("light-samples", settings.light_samples.to_string()));
+    }
     if settings.hemisphere != Directions::Bsdf {
         attributes.push(("hemisphere", settings.hemisphere.name().to_owned()));
     }

@@ -13,16 +13,20 @@ use crate::{
 /// Layers as channels of the .exr file.
 #[derive(Debug, clap::Args)]
 pub(super) struct LayerArgs {
-    /// A layer of the paths that a light path expression holds for, as channels NAME.R, NAME.G and NAME.B of the .exr file: C camera,
-    /// D diffuse, G glossy, S specular, R reflected, T transmitted, L light, '.' anything, <TS'glass'> at a material, <L sun> of a
-    /// kind (surface, point, spot, sun, sky), [DG], [^S], *, +, ?, {n,m}, |, (…). Such as caustics='C.*[DG]S+L'
-    #[arg(long, value_name = "NAME=EXPR", value_parser = layer)]
+    /// A layer of the paths that a light path expression holds for.
+    #[arg(long, value_name = "NAME=EXPR", value_parser = layer, help = LAYER)]
     layer: Vec<(String, Expression)>,
 
     /// Ready-made layers: one for each length of paths (bounces) or up to it (neumann), classes, lights, or strategies (s,t)
     #[arg(long, value_name = "SET", value_delimiter = ',')]
     layers: Vec<LayerSet>,
 }
+
+// A constant and no comment: rustdoc takes brackets for links.
+const LAYER: &str = "A layer of the paths that a light path expression holds for, as channels NAME.R, NAME.G and NAME.B of the \
+    .exr file: C camera, D diffuse, G glossy, S specular, R reflected, T transmitted, L light, '.' anything, <TS'glass'> at a \
+    material, <L sun> of a kind (surface, point, spot, sun, sky), [DG], [^S], *, +, ?, {n,m}, |, (…). Such as \
+    caustics='C.*[DG]S+L'";
 
 /// Of an image in memory besides its film, and of its channels in a file before it is written.
 const BYTES_PER_PIXEL: u64 = 12 + 24;

@@ -51,6 +51,10 @@ pub(super) fn run(args: &RenderArgs) -> Result<Exit, Failure> {
         let name = args.integrator;
         return Err(Failure::usage(format!("--hemisphere says how -i path-hemisphere samples, and this is -i {name}")));
     }
+    if args.min_depth > args.paths.max_depth {
+        let (least, most) = (args.min_depth, args.paths.max_depth);
+        return Err(Failure::usage(format!("no path has {least} edges or more and {most} at most: raise --max-depth")));
+    }
     let outputs = outputs(args)?;
     Keeper::check(&args.part, &outputs)?;
     stats::check(args.stats.as_ref(), &outputs)?;
@@ -231,6 +235,8 @@ fn settings(args: &RenderArgs, crop: Crop, only: Option<(Strategy, Weighting)>) 
         integrator: args.integrator,
         hemisphere: args.hemisphere.unwrap_or_default(),
         max_depth: args.paths.max_depth.min(args.integrator.longest_path()),
+        min_depth: args.min_depth,
+        light_samples: args.light_samples,
         roulette: args.paths.roulette.unwrap_or(args.integrator.roulette()),
         only,
         sampler: args.sampler.unwrap_or(args.integrator.sampler()),

@@ -175,6 +175,13 @@ impl Integrator {
         Self { evaluated: table.clone(), weighed: table, heuristic, roulette }
     }
 
+    /// The same integrator with so many next-event samples at each camera vertex: n_{1,t} of the lecture's light-area sampling.
+    #[must_use]
+    pub fn with_light_samples(self, samples: u32) -> Self {
+        let more = |table: &Techniques| table.with_light_samples(samples);
+        Self { evaluated: more(&self.evaluated), weighed: more(&self.weighed), ..self }
+    }
+
     /// The same integrator with the deposits of one strategy only.
     #[must_use]
     pub fn only(self, strategy: Strategy, weighting: Weighting) -> Self {

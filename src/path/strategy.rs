@@ -138,6 +138,15 @@ impl Techniques {
         Self { area: 0, ..self.with_entries(multiplicity.collect()) }
     }
 
+    /// The same table with `samples` next-event samples at a vertex where it takes one: m_{1,t≥2} times as many, which the weights
+    /// know of.
+    #[must_use]
+    pub fn with_light_samples(&self, samples: u32) -> Self {
+        let side = self.max_depth + 2;
+        let times = |i: u32| if i / side == 1 && i % side >= 2 { samples } else { 1 };
+        self.with_entries((0..).zip(&self.multiplicity).map(|(i, m)| m * times(i)).collect())
+    }
+
     /// m_{s,t}, zero outside the table.
     #[inline]
     pub fn multiplicity(&self, strategy: Strategy) -> u32 {

@@ -52,6 +52,22 @@ fn the_image_is_the_same_with_and_without_layers() {
 }
 
 #[test]
+fn a_bounce_alone_is_its_layer() {
+    let run = Run::new();
+    let layers = channels(&run.image("layers.exr", &["--spp", "2", "--layers", "bounces", "--max-depth", "4"]));
+    let alone = channels(&run.image("alone.exr", &["--spp", "2", "--min-depth", "3", "--max-depth", "3"]));
+    let deep = channels(&run.image("deep.exr", &["--spp", "2", "--min-depth", "4", "--max-depth", "4"]));
+    for letter in ["R", "G", "B"] {
+        // The weights of a length do not depend on how long others may be, but walks and their numbers end with the table.
+        let mean = |values: &[f32]| values.iter().sum::<f32>() / values.len() as f32;
+        assert_eq!(layers[&format!("bounces.4.{letter}")], deep[letter]);
+        let (a, b) = (mean(&layers[&format!("bounces.3.{letter}")]), mean(&alone[letter]));
+        assert!((a / b - 1.0).abs() < 0.2, "{letter}: {a} and {b}");
+    }
+    refused(&run.render(&["--min-depth", "5", "--max-depth", "4"]), 2, "raise --max-depth");
+}
+
+#[test]
 fn what_cannot_be_a_layer_is_refused_in_a_sentence() {
     let run = Run::new();
     for (options, about) in [

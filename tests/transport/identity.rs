@@ -172,6 +172,16 @@ fn of_every_path_by_uniform_directions() {
 }
 
 #[test]
+fn of_every_path_with_several_samples_of_the_lights() {
+    let scene = scenes::zoo(scenes::square(32, Filter::BlackmanHarris));
+    for kind in [IntegratorKind::Path, IntegratorKind::PathLight, IntegratorKind::Bdpt] {
+        let integrator =
+            Integrator::new(kind, scene.camera.sensor(), DEPTH, Roulette::FromDepth(3)).with_light_samples(3);
+        assert_identity_of(&format!("zoo {kind} with 3 samples"), &scene, integrator, 4);
+    }
+}
+
+#[test]
 fn of_every_path_in_the_committed_scenes() {
     for name in scenes::FILES {
         assert_identity(name, &scenes::load(name, scenes::square(24, Filter::Box)), 6);
