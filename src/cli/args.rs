@@ -18,7 +18,7 @@ use crate::{
     io::{Limits, LoadOptions, Outside},
     path::{Roulette, Strategy},
     sampling::{Filter, SamplerKind},
-    scene::bsdf::Directions,
+    scene::{bsdf::Directions, geometry::BuildEffort},
 };
 
 /// Larger images are refused: pixels are numbered by 32 bits, padding included.
@@ -180,6 +180,11 @@ pub(super) struct SceneArgs {
     /// target]
     #[arg(long, value_name = "METRES", allow_negative_numbers = true, value_parser = values::positive)]
     pub(super) focus: Option<f32>,
+
+    /// How much time building the tree over the scene may take: little, for previews of large scenes (fast), or what makes rays
+    /// fastest (best). The image does not depend on it
+    #[arg(long, value_name = "EFFORT", default_value = BuildEffort::default().name(), value_parser = values::effort())]
+    pub(super) build: BuildEffort,
 
     #[command(flatten)]
     pub(super) environment: EnvironmentArgs,

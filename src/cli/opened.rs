@@ -17,11 +17,12 @@ pub(super) struct Opened {
 impl Opened {
     /// Reads the file, and says what is wrong with it.
     pub(super) fn read(args: &SceneArgs, terminal: Terminal) -> Result<Self, Failure> {
-        let loaded = io::load_with(&args.file, &args.load.options(args.scene.as_deref()))?;
+        let mut loaded = io::load_with(&args.file, &args.load.options(args.scene.as_deref()))?;
         terminal.detail(info::describe(&loaded));
         for warning in &loaded.warnings {
             terminal.warn(warning);
         }
+        loaded.geometry.set_effort(args.build);
         let view = camera::choose(args, &loaded, terminal)?;
         let shown = loaded.summary.scene.filter(|_| loaded.summary.scenes.len() > 1);
         Ok(Self { loaded, view, shown })

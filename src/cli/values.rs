@@ -13,7 +13,7 @@ use crate::{
     math::Rgb,
     path::{Roulette, Strategy},
     sampling::{Filter, SamplerKind},
-    scene::{bsdf::Directions, light::BRIGHTEST},
+    scene::{bsdf::Directions, geometry::BuildEffort, light::BRIGHTEST},
 };
 
 /// `--look-at`: where a camera stands, what it looks at, and its vertical field of view in radians.
@@ -59,6 +59,11 @@ pub(super) fn comparable() -> impl TypedValueParser<Value = IntegratorKind> {
 pub(super) fn directions() -> impl TypedValueParser<Value = Directions> {
     PossibleValuesParser::new(Directions::ALL.map(Directions::name))
         .try_map(|name| Directions::ALL.into_iter().find(|rule| rule.name() == name).ok_or("no such rule"))
+}
+
+pub(super) fn effort() -> impl TypedValueParser<Value = BuildEffort> {
+    PossibleValuesParser::new(BuildEffort::ALL.map(BuildEffort::name))
+        .try_map(|name| BuildEffort::ALL.into_iter().find(|effort| effort.name() == name).ok_or("no such effort"))
 }
 
 pub(super) fn filter() -> impl TypedValueParser<Value = Filter> {

@@ -40,6 +40,15 @@ fn every_thread_count_writes_the_same_bytes() {
 }
 
 #[test]
+fn a_tree_built_fast_renders_the_same_bytes() {
+    let run = Run::new();
+    for integrator in ["path", "bdpt"] {
+        let with = |effort| run.image("a.exr", &["--spp", "4", "-i", integrator, "--build", effort]);
+        assert_eq!(with("fast"), with("best"), "{integrator}");
+    }
+}
+
+#[test]
 fn what_changes_pixels_changes_the_file() {
     let run = Run::new();
     let usual = run.image("a.exr", &["--spp", "2"]);

@@ -70,6 +70,7 @@ fn wrong_usage_is_refused() {
         (&["--max-depth", "0"], "--max-depth"),
         (&["--max-depth", "256"], "--max-depth"),
         (&["--filter", "gauss"], "gauss"),
+        (&["--build", "slow"], "slow"),
         (&["--exposure", "nan"], "finite"),
         (&["--clamp", "-1"], "--clamp"),
         (&["--roulette", "sometimes"], "off"),

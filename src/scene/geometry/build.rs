@@ -19,11 +19,43 @@ use super::{
 /// The most primitives in a leaf: triangles, or others, but not both.
 pub(super) const MAX_LEAF: usize = 16;
 
+/// How much time building a tree may take. What a ray hits does not depend on it, nor does an image.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum BuildEffort {
+    /// Soon ready, for previews of large scenes.
+    Fast,
+    /// The tree that rays walk fastest.
+    #[default]
+    Best,
+}
+
+impl BuildEffort {
+    /// All of them.
+    pub const ALL: [Self; 2] = [Self::Fast, Self::Best];
+
+    /// The name on the command line.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Fast => "fast",
+            Self::Best => "best",
+        }
+    }
+
+    fn parameters(self) -> BvhBuildParams {
+        let preset = match self {
+            Self::Fast => BvhBuildParams::fast_build(),
+            Self::Best => BvhBuildParams::very_slow_build(),
+        };
+        // One box a leaf: where leaves are is decided later.
+        BvhBuildParams { max_prims_per_leaf: 1, ..preset }
+    }
+}
+
 /// Builds the tree over any number of primitives, given in the order of their ids.
-pub(super) fn build(mut primitives: Vec<Primitive>) -> Tree {
+pub(super) fn build(mut primitives: Vec<Primitive>, effort: BuildEffort) -> Tree {
     primitives.retain(Primitive::is_solid);
     let groups = group(&primitives);
-    let shape = (groups.len() > 1).then(|| cluster(&groups));
+    let shape = (groups.len() > 1).then(|| cluster(&groups, effort));
     collapse(&Draft::new(&primitives, &groups, shape).binary())
 }
 
@@ -71,11 +103,9 @@ fn group(primitives: &[Primitive]) -> Vec<Group> {
     groups
 }
 
-fn cluster(groups: &[Group]) -> Bvh2 {
+fn cluster(groups: &[Group], effort: BuildEffort) -> Bvh2 {
     let boxes: Vec<Aabb> = groups.iter().map(|g| g.aabb).collect();
-    // One box a leaf: where leaves are is decided later.
-    let parameters = BvhBuildParams { max_prims_per_leaf: 1, ..BvhBuildParams::very_slow_build() };
-    build_bvh2(&boxes, parameters, &mut Duration::default())
+    build_bvh2(&boxes, effort.parameters(), &mut Duration::default())
 }
 
 fn bounds(primitives: &[Primitive]) -> Option<Bounds> {

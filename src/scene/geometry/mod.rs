@@ -29,6 +29,7 @@ use glam::{Vec2, Vec3};
 
 pub use self::{
     attributes::{Attributes, Interpolation, TangentFrame, UV_SETS, moved_tangent},
+    build::BuildEffort,
     instance::Placement,
     mesh::Mesh,
     offset::offset_origin,
@@ -152,6 +153,7 @@ pub struct Geometry {
     spheres: Vec<(Sphere, MaterialId)>,
     meshes: Vec<InstancedMesh>,
     instances: Vec<Instance>,
+    effort: BuildEffort,
     tree: Option<Tree>,
 }
 
@@ -255,6 +257,15 @@ impl Geometry {
         self.instances.retain(|i| seen.insert((i.mesh, i.placement.to_world().to_cols_array().map(f64::to_bits))));
     }
 
+    /// Sets how much time [`Self::build`] takes; [`BuildEffort::Best`] unless something else is said. No hit depends on it.
+    ///
+    /// # Panics
+    /// After [`Self::build`].
+    pub fn set_effort(&mut self, effort: BuildEffort) {
+        self.assert_unbuilt();
+        self.effort = effort;
+    }
+
     /// Builds the trees. Nothing may be added afterwards; ids are final from here on.
     ///
     /// # Panics
@@ -265,8 +276,9 @@ impl Geometry {
         let primitives = (0..self.world_len()).map(|index| Primitive { shape: self.shape(index), index });
         let instances =
             (0..).zip(&self.instances).map(|(index, i)| Primitive { shape: Shape::Instance(i.bounds), index });
-        self.tree = Some(build::build(primitives.chain(instances).collect()));
-        self.meshes.iter_mut().for_each(|m| m.tree = Some(build::build(m.mesh.primitives().collect())));
+        let effort = self.effort;
+        self.tree = Some(build::build(primitives.chain(instances).collect(), effort));
+        self.meshes.iter_mut().for_each(|m| m.tree = Some(build::build(m.mesh.primitives().collect(), effort)));
     }
 
     /// The number of primitives in world space; their ids are [`PrimitiveId::world`] of 0…n−1.

@@ -32,7 +32,12 @@ fn ray(origin: Vec3, direction: Vec3) -> Ray {
     Ray { origin, direction, t_max: f32::INFINITY }
 }
 
-fn built(mut g: Geometry) -> Geometry {
+fn built(g: Geometry) -> Geometry {
+    built_with(BuildEffort::default(), g)
+}
+
+fn built_with(effort: BuildEffort, mut g: Geometry) -> Geometry {
+    g.set_effort(effort);
     g.build();
     g
 }
@@ -170,7 +175,7 @@ fn the_tree_answers_as_no_tree_does() {
                 g.add_instance(mesh, placement);
             }
         }
-        g.build();
+        let mut g = built_with(BuildEffort::ALL[case / 3 % 2], g);
         if case % 3 == 1 {
             g.tree = g.tree.map(Tree::portable);
             g.meshes.iter_mut().for_each(|m| m.tree = m.tree.take().map(Tree::portable));
@@ -271,6 +276,42 @@ fn nothing_leaks_between_the_triangles_of_a_closed_mesh() {
 }
 
 #[test]
+fn a_tree_built_fast_is_another_and_answers_the_same() {
+    let (mut positions, mut indices) = icosphere(5, Vec3::ZERO, 1.0);
+    // A second sphere that crosses the first, and a third inside both.
+    for (levels, center, radius) in [(4, Vec3::X, 0.8), (3, 0.4 * Vec3::X, 0.1)] {
+        let base = positions.len() as u32;
+        let (p, t) = icosphere(levels, center, radius);
+        positions.extend(p);
+        indices.extend(t.iter().map(|t| t.map(|i| base + i)));
+    }
+    let [fast, best] = BuildEffort::ALL.map(|effort| {
+        let mut g = Geometry::default();
+        g.add_triangles(&positions, None, &indices, M);
+        built_with(effort, g)
+    });
+    let nodes = |g: &Geometry| g.tree.as_ref().map_or(0, |tree| tree.nodes.len());
+    assert_ne!(nodes(&fast), nodes(&best), "the effort changes the tree");
+    let mut r = rng();
+    let mut hits = 0;
+    for _ in 0..20_000 {
+        let (origin, target) = (2.0 * cube(&mut r), positions[r.random_range(0..positions.len())]);
+        // Through vertices, where up to six triangles are hit at the same distance.
+        let ray = ray(origin, target - origin);
+        let [a, b] = [&fast, &best].map(|g| g.closest(&ray, PrimitiveId::NONE));
+        assert_eq!(a.map(|h| (h.t, h.primitive)), b.map(|h| (h.t, h.primitive)), "{ray:?}");
+        let short = Ray { t_max: 0.9, ..ray };
+        assert_eq!(
+            fast.occluded(&short, [PrimitiveId::NONE; 2]),
+            best.occluded(&short, [PrimitiveId::NONE; 2]),
+            "{ray:?}"
+        );
+        hits += u32::from(a.is_some());
+    }
+    assert!(hits > 19_000, "{hits}");
+}
+
+#[test]
 fn of_equal_hits_the_smaller_id_wins_whatever_the_tree() {
     let t = |z: f32, s: f32| [vec3(-s, -s, z), vec3(s, -s, z), vec3(0.0, s, z)];
     let mut g = soup(&[t(1.0, 1.0), t(0.0, 2.0), t(0.0, 1.0), t(0.0, 1.0), t(0.0, 1.0), t(0.0, 1.0)]);
@@ -321,15 +362,17 @@ fn hostile_scenes_build_quickly_and_keep_to_the_stack() {
     let start = Instant::now();
     let t = [Vec3::ZERO, Vec3::X, Vec3::Y];
     let mut r = rng();
-    let scenes: [(&str, Vec<[Vec3; 3]>); 5] = [
+    let huge = |p: Vec3| p * 1e18;
+    let scenes: [(&str, Vec<[Vec3; 3]>); 6] = [
         ("identical", vec![t; 20_000]),
         ("same box", (0..20_000).map(|_| [Vec3::ZERO, Vec3::ONE, vec3(r.random(), r.random(), 0.5)]).collect()),
         ("nested", (0..4000).map(|i| t.map(|p| p * 0.99_f32.powi(i))).collect()),
         ("growing", (0..250).map(|i| t.map(|p| (p + 1.0) * 2.0_f32.powi(i % 125 - 62))).collect()),
-        ("one far away", (0..5000).map(|_| t.map(|p| p + cube(&mut r))).chain([t.map(|p| p * 1e18)]).collect()),
+        ("one far away", (0..5000).map(|_| t.map(|p| p + cube(&mut r))).chain([t.map(huge)]).collect()),
+        ("huge", (0..5000).map(|_| [huge(cube(&mut r)), huge(cube(&mut r)), huge(cube(&mut r))]).collect()),
     ];
-    for (name, corners) in scenes {
-        let g = built(soup(&corners));
+    for ((name, corners), effort) in scenes.iter().flat_map(|s| BuildEffort::ALL.map(|effort| (s, effort))) {
+        let g = built_with(effort, soup(corners));
         let tree = g.tree.as_ref().expect("built");
         let mut deepest = 0;
         let mut todo: Vec<_> = tree.root.into_iter().map(|root| (root, 0)).collect();
@@ -341,7 +384,7 @@ fn hostile_scenes_build_quickly_and_keep_to_the_stack() {
                 todo.extend(there.map(|slot| (node.children[slot], depth + 1)));
             }
         }
-        assert!(deepest <= MAX_DEPTH, "{name}: {deepest}");
+        assert!(deepest <= MAX_DEPTH, "{name}, {effort:?}: {deepest}");
         for _ in 0..20 {
             let o = cube(&mut r);
             let ray = ray(o, cube(&mut r));
