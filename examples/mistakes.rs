@@ -2,8 +2,8 @@
 //!
 //! `cargo run --release --example mistakes -- [NAME…|--all|--ci|--list] [--markdown]`
 //!
-//! Builds the library's tests and `tests/transport` once with the feature `mistakes`, in a target folder of their own, checks that
-//! the tests of the table are green, and then runs each mistake's. The exit code is 1 if a mistake was missed.
+//! Builds the program, the library's tests and `tests/transport` once with the feature `mistakes`, in a target folder of their own,
+//! checks that the tests of the table are green, and then runs each mistake's. The exit code is 1 if a mistake was missed.
 
 #![allow(clippy::print_stdout, clippy::print_stderr)] // a program of its own, which talks to the terminal
 
@@ -14,7 +14,7 @@ mod table;
 
 use std::{
     env,
-    path::PathBuf,
+    path::{Path, PathBuf},
     process::{Command, ExitCode, Stdio},
     time::Instant,
 };
@@ -30,10 +30,14 @@ fn in_ci(mistake: Mistake) -> bool {
         || matches!(mistake, Mistake::NoShadingFactor | Mistake::LightsTwice | Mistake::CropShiftsNumbers)
 }
 
-/// The test executables of one build.
+/// Of `pathspace verify`: several times what shows the mistakes of the table.
+const VERIFY_TIME: &str = "20s";
+
+/// The executables of one build.
 struct Built {
     lib: PathBuf,
     transport: PathBuf,
+    program: PathBuf,
 }
 
 fn main() -> ExitCode {
@@ -147,12 +151,19 @@ fn build() -> Result<Built, String> {
     }
     let messages: Vec<serde_json::Value> =
         String::from_utf8_lossy(&output.stdout).lines().filter_map(|line| serde_json::from_str(line).ok()).collect();
-    let executable = |name: &str| {
-        let found = messages.iter().find(|m| m["target"]["name"] == name && m["profile"]["test"] == true);
-        let path = found.and_then(|m| m["executable"].as_str()).map(PathBuf::from);
-        path.ok_or_else(|| format!("cargo names no test executable of {name}"))
+    let executable = |name: &str, kind: &str, test: bool| {
+        let is_wanted = |m: &&serde_json::Value| {
+            let target = &m["target"];
+            target["name"] == name && target["kind"][0] == kind && m["profile"]["test"] == test
+        };
+        let path = messages.iter().filter(is_wanted).find_map(|m| m["executable"].as_str());
+        path.map(PathBuf::from).ok_or_else(|| format!("cargo names no executable of the {kind} {name}"))
     };
-    Ok(Built { lib: executable("pathspace")?, transport: executable("transport")? })
+    Ok(Built {
+        lib: executable("pathspace", "lib", true)?,
+        transport: executable("transport", "test", true)?,
+        program: executable("pathspace", "bin", false)?,
+    })
 }
 
 #[derive(PartialEq, Eq)]
@@ -163,19 +174,37 @@ enum Outcome {
 
 /// Runs one test with a mistake, or without any.
 fn outcome(built: &Built, test: Test, mistake: Option<Mistake>) -> Result<Outcome, String> {
-    let (executable, filter) = match test {
-        Test::Lib(filter) => (&built.lib, filter),
-        Test::Transport(filter) => (&built.transport, filter),
+    let mut command = match test {
+        Test::Lib(filter) => with(&built.lib, &[filter]),
+        Test::Transport(filter) => with(&built.transport, &[filter]),
+        Test::Verify(scene) => with(&built.program, &["verify", scene, "--time", VERIFY_TIME, "--json"]),
     };
-    let mut command = Command::new(executable);
-    command.current_dir(env!("CARGO_MANIFEST_DIR")).arg(filter).env_remove("PATHSPACE_MISTAKE");
+    command.current_dir(env!("CARGO_MANIFEST_DIR")).env_remove("PATHSPACE_MISTAKE");
+    let folder = tempfile::tempdir().map_err(|e| format!("there is no temporary folder: {e}"))?;
+    if let Test::Verify(_) = test {
+        command.arg("-o").arg(folder.path());
+    }
     if let Some(mistake) = mistake {
         command.env("PATHSPACE_MISTAKE", mistake.name());
     }
-    let output = command.output().map_err(|e| format!("{} cannot be run: {e}", executable.display()))?;
+    let output = command.output().map_err(|e| format!("{} cannot be run: {e}", test.name()))?;
+    if let Test::Verify(_) = test {
+        // Too noisy to say (5) is no finding.
+        return match output.status.code() {
+            Some(1) => Ok(Outcome::Red),
+            Some(0 | 5) => Ok(Outcome::Green),
+            _ => Err(format!("{} fails: {}", test.name(), String::from_utf8_lossy(&output.stderr))),
+        };
+    }
     // A filter that matches nothing is green, and would catch nothing ever after.
     if String::from_utf8_lossy(&output.stdout).contains("running 0 tests") {
         return Err(format!("there is no test {}", test.name()));
     }
     Ok(if output.status.success() { Outcome::Green } else { Outcome::Red })
+}
+
+fn with(executable: &Path, arguments: &[&str]) -> Command {
+    let mut command = Command::new(executable);
+    command.args(arguments);
+    command
 }

@@ -68,4 +68,5 @@ pub mod render;
 pub mod sampling;
 pub mod scene;
 pub mod statistics;
+mod text;
 pub mod verify;

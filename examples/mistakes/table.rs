@@ -2,14 +2,16 @@
 
 use crate::list::Mistake;
 
-/// A test: in the library's own or in `tests/transport`.
+/// A test: in the library's own or in `tests/transport`, or what a person does who distrusts the renderer on a scene.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Test {
     Lib(&'static str),
     Transport(&'static str),
+    /// `pathspace verify` of a scene, which has to end with exit code 1.
+    Verify(&'static str),
 }
 
-use Test::{Lib, Transport};
+use Test::{Lib, Transport, Verify};
 
 const TEXTURES: Test = Transport("identity::of_every_path_over_textures");
 const ZOO: Test = Transport("identity::of_every_path_among_all_materials_and_lights");
@@ -23,7 +25,8 @@ const LENS: Test = Lib("scene::camera::tests::importance_over_density_counts_the
 pub fn killers(mistake: Mistake) -> &'static [Test] {
     use Mistake::*;
     match mistake {
-        NoShadingFactor | ShadingCosine => &[TEXTURES],
+        NoShadingFactor => &[Verify("scenes/textured-room.glb")],
+        ShadingCosine => &[TEXTURES],
         NoEtaSquared | UnitDelta => &[REFRACTION],
         SwappedEta => &[Lib("scene::bsdf::fresnel::tests::reflectance_of_glass_water_and_flint")],
         DimGlass => &[Lib("scene::bsdf::tests::smooth_clear_glass_loses_nothing")],
@@ -68,11 +71,12 @@ pub fn killers(mistake: Mistake) -> &'static [Test] {
 }
 
 impl Test {
-    /// As cargo names it.
+    /// As cargo names it, or as it is typed.
     pub fn name(self) -> String {
         match self {
             Lib(filter) => filter.to_owned(),
             Transport(filter) => format!("transport {filter}"),
+            Verify(scene) => format!("pathspace verify {scene}"),
         }
     }
 }

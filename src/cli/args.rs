@@ -116,6 +116,10 @@ pub(super) struct RenderArgs {
     #[arg(long, value_name = "STYLE", default_value = "auto", value_parser = values::progress())]
     pub(super) progress: Style,
 
+    /// Show the image as it comes in the viewer tev at this address (tev's own is 127.0.0.1:14158)
+    #[arg(long, value_name = "HOST:PORT", value_parser = values::address)]
+    pub(super) display: Option<String>,
+
     /// Write what the render did and took to a JSON file: rays by kind, time by phase, memory, what was left out
     #[arg(long, value_name = "FILE")]
     pub(super) stats: Option<PathBuf>,

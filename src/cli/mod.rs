@@ -26,6 +26,7 @@ mod verify;
 mod verify_json;
 mod verify_pictures;
 mod verify_text;
+mod viewer;
 
 use std::{
     env,

@@ -22,6 +22,7 @@ use super::{
     stats::{self, Phases, Stats},
     terminal::Terminal,
     values::Shard,
+    viewer::Viewer,
 };
 use crate::{
     film::{CheckpointHeader, Coverage, Crop, Exposure, Film, Header},
@@ -88,8 +89,9 @@ pub(super) fn run(args: &RenderArgs) -> Result<Exit, Failure> {
     let mut progress = Progress::new(args.progress, terminal);
     progress.event(|| started(&job, &renderer, whole));
     let quality = args.noise.map(Quality::new);
-    let ended =
-        render_passes::run(&mut renderer, &pool, (goal, quality), &mut keeper, &interrupt, &mut progress, terminal);
+    let mut viewer = Viewer::connect(args.display.as_deref(), shown_as(args), terminal);
+    let watchers = (&mut progress, &mut viewer);
+    let ended = render_passes::run(&mut renderer, &pool, (goal, quality), &mut keeper, &interrupt, watchers, terminal);
     render_passes::summarise(&renderer, &ended.moment, terminal);
     if let Some(quality) = ended.quality.filter(|quality| !quality.is_reached() && ended.interrupted.is_none()) {
         terminal.warn(format_args!("{} spp are not enough for --noise {}", ended.moment.passes, quality.below));
@@ -143,6 +145,12 @@ pub(super) fn run(args: &RenderArgs) -> Result<Exit, Failure> {
         })
     });
     Ok(ended.exit())
+}
+
+/// The image's name in a viewer.
+fn shown_as(args: &RenderArgs) -> String {
+    let scene = args.scene.file.file_stem().unwrap_or_default().to_string_lossy();
+    format!("{scene}, {} (pathspace)", args.integrator)
 }
 
 /// The first object of `--progress json`.

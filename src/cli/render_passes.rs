@@ -10,6 +10,7 @@ use super::{
     keep::Keeper,
     progress::{Clock, Goal, Moment, Progress},
     terminal::Terminal,
+    viewer::Viewer,
 };
 use crate::{
     film::{DepositErrors, ENOUGH_TILES, Film},
@@ -92,7 +93,7 @@ pub(super) fn run(
     (goal, mut quality): (Goal, Option<Quality>),
     keeper: &mut Keeper<'_>,
     interrupt: &Interrupt,
-    progress: &mut Progress,
+    (progress, viewer): (&mut Progress, &mut Viewer),
     terminal: Terminal,
 ) -> Ended {
     let start = Start { at: Instant::now(), passes: renderer.passes(), rays: renderer.statistics().rays.total() };
@@ -120,6 +121,7 @@ pub(super) fn run(
             };
             progress.show(&start.moment(renderer, near, noise));
         }
+        viewer.after_pass(renderer, terminal);
         if !done(renderer, quality) {
             interrupted = interrupt.asked();
             if interrupted.is_none() {
@@ -129,6 +131,7 @@ pub(super) fn run(
     }
     interrupt.settle();
     progress.finish();
+    viewer.show(renderer, terminal);
     let moment = start.moment(renderer, goal, renderer.film().noise(renderer.passes()));
     Ended { moment, quality, interrupted }
 }

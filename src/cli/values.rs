@@ -96,6 +96,15 @@ pub(super) fn duration(text: &str) -> Result<Duration, String> {
     }
 }
 
+/// `HOST:PORT`, not looked up.
+pub(super) fn address(text: &str) -> Result<String, String> {
+    let port = text.rsplit_once(':').filter(|(host, _)| !host.is_empty()).map(|(_, port)| port.parse::<u16>());
+    match port {
+        Some(Ok(1..)) => Ok(text.to_owned()),
+        _ => Err("an address is written like 127.0.0.1:14158".to_owned()),
+    }
+}
+
 /// `triangles=64M`; K, M, G and T are powers of 1024 as in sizes.
 pub(super) fn limit(text: &str) -> Result<(&'static str, u64), String> {
     let known =

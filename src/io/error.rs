@@ -1,5 +1,7 @@
 //! What can be wrong with a file, each said in one sentence: what, where, and what to do.
 
+pub(super) use crate::text::one_line;
+
 /// Why a scene could not be read. Its message is one line; text from the file is escaped and shortened in it.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum LoadError {
@@ -131,11 +133,6 @@ impl Fault {
             Kind::Resource => LoadError::Resource { file, pointer, what },
         }
     }
-}
-
-/// `text` on one line: a name or URI from a file may hold anything, and a terminal obeys control characters.
-pub(super) fn one_line(text: &str) -> String {
-    text.chars().map(|c| if c.is_control() || matches!(c, '\u{2028}' | '\u{2029}') { '\u{fffd}' } else { c }).collect()
 }
 
 /// A string from the file, quoted, on one line and at most 60 characters long.

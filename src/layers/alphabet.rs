@@ -10,6 +10,7 @@ use crate::{
         light::{Light, LightId},
         point::Point,
     },
+    text::one_line,
 };
 
 /// What happens at a vertex.
@@ -153,7 +154,7 @@ impl Tags {
                 }
             }
             if !found {
-                return Err(TagError::Unknown(name.to_owned()));
+                return Err(TagError::Unknown(one_line(name)));
             }
         }
         Ok(tags)

@@ -11,6 +11,7 @@ use regex_automata::{
 };
 
 use super::alphabet::{Kind, Kinds, Tags};
+use crate::text::one_line;
 
 /// A light path expression as it was written: syntactically right, its names not yet looked up.
 #[derive(Clone, Debug)]
@@ -117,7 +118,7 @@ impl Expression {
             .build(&format!("(?:{pattern})\\z"))
             .map(Matcher)
             .map_err(|_| ExpressionError {
-                text: self.text.clone(),
+                text: one_line(&self.text),
                 at: 1,
                 what: "the expression has too many parts; make it shorter".to_owned(),
             })
@@ -179,7 +180,7 @@ struct Parser<'a> {
 
 impl Parser<'_> {
     fn error(&self, what: impl Into<String>) -> ExpressionError {
-        ExpressionError { text: self.text.to_owned(), at: self.at + 1, what: what.into() }
+        ExpressionError { text: one_line(self.text), at: self.at + 1, what: one_line(&what.into()) }
     }
 
     fn peek(&mut self) -> Option<char> {

@@ -130,6 +130,17 @@ fn names_are_looked_up_and_automata_bounded() {
     assert!(compile("C((.{200}){200}){200}L").unwrap_err().to_string().contains("too many parts"));
 }
 
+/// What a fuzzer found: a terminal obeys control characters.
+#[test]
+fn what_is_wrong_is_said_on_one_line() {
+    for text in ["\nCL(", "C<D'\u{1b}[31m'>["] {
+        let said = Expression::parse(text).unwrap_err().to_string();
+        assert!(!said.contains(|c: char| c.is_control() || c == '\u{2028}'), "{said:?}");
+    }
+    let said = Tags::new(["a\tname"], &scene()).unwrap_err().to_string();
+    assert!(said.contains("a\u{fffd}name"), "{said:?}");
+}
+
 #[test]
 fn classes_take_every_path_that_there_can_be() {
     let tags = Tags::default();

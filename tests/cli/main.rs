@@ -11,6 +11,7 @@ mod shards;
 mod statistics;
 mod usage;
 mod verify;
+mod viewer;
 
 use std::{
     fs,
