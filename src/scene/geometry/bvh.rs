@@ -310,7 +310,7 @@ impl Tree {
     }
 
     #[cfg(target_arch = "x86_64")]
-    #[target_feature(enable = "avx2")]
+    #[target_feature(enable = "avx2,bmi1,bmi2,lzcnt,popcnt")]
     fn walk_avx2<O: Order>(&self, simd: Avx2, ray: &Prepared, limit: f32, visit: impl FnMut(Found<'_>, f32) -> f32) {
         self.walk_with::<O, _>(simd, ray, limit, visit);
     }
@@ -337,16 +337,22 @@ impl Tree {
                         current = node.children[entered.trailing_zeros() as usize % WIDTH];
                         continue;
                     }
-                    let near = simd.store(near).0;
-                    let from = stack.len;
-                    while entered != 0 {
-                        // The last first: they were put in order of their size.
-                        let slot = entered.ilog2() as usize % WIDTH;
-                        entered ^= 1 << slot;
-                        stack.push(Entry { near: near[slot], child: node.children[slot] });
-                    }
-                    if O::NEAREST_FIRST {
-                        stack.sort_from(from);
+                    if entered != 0 {
+                        let near = simd.store(near).0;
+                        let from = stack.len;
+                        // The largest is the first of them. Those after it are put aside, the last first.
+                        while !entered.is_power_of_two() {
+                            let slot = entered.ilog2() as usize % WIDTH;
+                            entered ^= 1 << slot;
+                            stack.push(Entry::new(near[slot], node.children[slot]));
+                        }
+                        let slot = entered.trailing_zeros() as usize % WIDTH;
+                        current = if O::NEAREST_FIRST {
+                            stack.exchange_sorted(from, Entry::new(near[slot], node.children[slot])).child()
+                        } else {
+                            node.children[slot]
+                        };
+                        continue;
                     }
                 }
                 Below::Blocks { first, count } => {
@@ -364,8 +370,8 @@ impl Tree {
             }
             loop {
                 let Some(entry) = stack.pop() else { return };
-                if entry.near <= limit {
-                    current = entry.child;
+                if entry.near() <= limit {
+                    current = entry.child();
                     break;
                 }
             }
@@ -373,11 +379,26 @@ impl Tree {
     }
 }
 
-/// A child that is put aside, and where the ray enters it.
-#[derive(Clone, Copy, Debug)]
-struct Entry {
-    near: f32,
-    child: Child,
+/// A child that is put aside, below the bits of where the ray enters it: of distances that are not negative, the order is that of
+/// their bits.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+struct Entry(u64);
+
+impl Entry {
+    #[inline(always)]
+    fn new(near: f32, child: Child) -> Self {
+        Self(u64::from(near.to_bits()) << 32 | u64::from(child.0))
+    }
+
+    #[inline(always)]
+    fn near(self) -> f32 {
+        f32::from_bits((self.0 >> 32) as u32)
+    }
+
+    #[inline(always)]
+    fn child(self) -> Child {
+        Child(self.0 as u32)
+    }
 }
 
 /// What a walk has put aside: the first `len` entries.
@@ -404,22 +425,26 @@ impl Stack<'_> {
         Some(unsafe { self.entries.as_ptr().cast::<Entry>().add(self.len).read() })
     }
 
-    /// Puts the entries from `from` on in order, the nearest last. There are eight at most.
+    /// Puts the entries from `from` on, eight at most, and `last` in order, the nearest last; returns the nearest, which is not
+    /// put aside.
     #[inline(always)]
-    fn sort_from(&mut self, from: usize) {
+    fn exchange_sorted(&mut self, from: usize, last: Entry) -> Entry {
         assert!(from <= self.len);
         // SAFETY: what lies below `len` was pushed.
         let entries = unsafe {
             std::slice::from_raw_parts_mut(self.entries.as_mut_ptr().cast::<Entry>().add(from), self.len - from)
         };
-        for i in 1..entries.len() {
-            let entry = entries[i];
+        let mut nearest = last;
+        for i in 0..entries.len() {
+            let entry = entries[i].max(nearest);
+            nearest = entries[i].min(nearest);
             let mut j = i;
-            while j > 0 && entries[j - 1].near < entry.near {
+            while j > 0 && entries[j - 1] < entry {
                 entries[j] = entries[j - 1];
                 j -= 1;
             }
             entries[j] = entry;
         }
+        nearest
     }
 }

@@ -92,7 +92,7 @@ impl Simd for Portable {
     }
 }
 
-/// AVX2, on a processor that has it.
+/// AVX2 and the bit counts of its time, on a processor that has them.
 #[cfg(target_arch = "x86_64")]
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Avx2(());
@@ -101,7 +101,12 @@ pub(super) struct Avx2(());
 impl Avx2 {
     /// Asks the processor.
     pub fn detect() -> Option<Self> {
-        std::arch::is_x86_feature_detected!("avx2").then_some(Self(()))
+        // The instructions that count bits came with AVX2 or before; walks use them on masks.
+        let bits = std::arch::is_x86_feature_detected!("bmi1")
+            && std::arch::is_x86_feature_detected!("bmi2")
+            && std::arch::is_x86_feature_detected!("lzcnt")
+            && std::arch::is_x86_feature_detected!("popcnt");
+        (bits && std::arch::is_x86_feature_detected!("avx2")).then_some(Self(()))
     }
 }
 
