@@ -58,6 +58,7 @@
 pub mod mistake;
 
 pub mod cli;
+pub mod compare;
 pub mod film;
 pub mod integrator;
 pub mod io;

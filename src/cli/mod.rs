@@ -2,6 +2,7 @@
 
 mod args;
 mod camera;
+mod compare;
 mod environment;
 mod exit;
 mod foretell;
@@ -58,6 +59,9 @@ enum Command {
     /// Check that the integrators agree on a scene, and say what each of them cannot see
     #[command(after_help = Exit::help())]
     Verify(Box<verify::VerifyArgs>),
+    /// Say how far an image is from another, or two from a reference
+    #[command(after_help = Exit::help())]
+    Compare(compare::CompareArgs),
     /// Say what a scene file holds: geometry, cameras, materials, lights, warnings
     #[command(after_help = Exit::help())]
     Info(info::InfoArgs),
@@ -83,6 +87,7 @@ fn dispatch(command: &Command) -> Result<Exit, Failure> {
         Command::Render(args) => render::run(args),
         Command::Merge(args) => merge::run(args).map(|()| Exit::Done),
         Command::Verify(args) => verify::run(args),
+        Command::Compare(args) => compare::run(args),
         Command::Info(args) => info::run(args).map(|()| Exit::Done),
     }
 }

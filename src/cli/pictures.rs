@@ -3,7 +3,10 @@
 use std::{io, path::PathBuf};
 
 use super::{exit::Failure, terminal::Terminal};
-use crate::film::{Exposure, Format, Header, Image, check_writable, encode_exr, encode_png, write_atomically};
+use crate::{
+    film::{Exposure, Format, Header, Image, check_writable, encode_exr, encode_png, write_atomically},
+    math::{Rgb, luminance},
+};
 
 /// Files to write, each of a known format and in a place where files can be created.
 pub(super) struct Outputs(Vec<(PathBuf, Format)>);
@@ -72,4 +75,13 @@ impl Outputs {
     pub(super) fn said(&self) -> String {
         format!("wrote {}", self.paths().map(|path| path.display().to_string()).collect::<Vec<_>>().join(" and "))
     }
+}
+
+/// White where two images agree, red where the first and blue where the second is brighter: fully so by `mean`.
+pub(super) fn difference_in_colour(difference: &Image, mean: f32) -> Image {
+    let colour = |difference: &Rgb| {
+        let x = if mean > 0.0 { (luminance(*difference) / mean).clamp(-1.0, 1.0) } else { 0.0 };
+        if x > 0.0 { Rgb::new(1.0, 1.0 - x, 1.0 - x) } else { Rgb::new(1.0 + x, 1.0 + x, 1.0) }
+    };
+    Image { pixels: difference.pixels.iter().map(colour).collect(), ..*difference }
 }

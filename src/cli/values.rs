@@ -7,6 +7,7 @@ use glam::Vec3;
 
 use super::progress::Style;
 use crate::{
+    compare::Metric,
     film::Crop,
     integrator::IntegratorKind,
     io::Limits,
@@ -103,6 +104,18 @@ pub(super) fn address(text: &str) -> Result<String, String> {
         Some(Ok(1..)) => Ok(text.to_owned()),
         _ => Err("an address is written like 127.0.0.1:14158".to_owned()),
     }
+}
+
+/// `relmse=0.01`: the most that an error may be.
+pub(super) fn bound(text: &str) -> Result<(Metric, f64), String> {
+    let known = || {
+        let names = Metric::ALL.map(Metric::name).join(", ");
+        format!("a bound is written like relmse=0.01, and its metric is one of {names}")
+    };
+    let (name, most) = text.split_once('=').ok_or_else(known)?;
+    let metric = Metric::ALL.into_iter().find(|metric| metric.name() == name).ok_or_else(known)?;
+    let most: f64 = most.parse().map_err(|_| known())?;
+    if most >= 0.0 && most.is_finite() { Ok((metric, most)) } else { Err("a bound is not negative".to_owned()) }
 }
 
 /// `triangles=64M`; K, M, G and T are powers of 1024 as in sizes.

@@ -2,10 +2,10 @@
 
 use std::io;
 
-use super::verify::Job;
+use super::{pictures::difference_in_colour, verify::Job};
 use crate::{
     film::{Crop, Exposure, Header, Image, encode_exr, encode_png},
-    math::{Rgb, luminance},
+    math::Rgb,
     statistics::TILES,
     verify::{Picture, Report},
 };
@@ -37,7 +37,7 @@ pub(super) fn files(job: &Job, report: &Report) -> io::Result<Vec<(String, Vec<u
     if let Some(worst) = &report.worst {
         let (a, b) = (report.integrators[worst.row.pair.0].kind, report.integrators[worst.row.pair.1].kind);
         let about = |what: &str| vec![("shows", format!("{what} of {a} and {b}, {}", worst.row.scope.name()))];
-        let shown = difference_in_colour(worst, report.mean as f32);
+        let shown = difference_in_colour(&worst.difference, report.mean as f32);
         encoded.push(exr(
             job,
             &worst.difference,
@@ -60,15 +60,6 @@ fn exr(job: &Job, image: &Image, about: Vec<(&str, String)>) -> io::Result<Vec<u
     attributes.extend(about);
     let attributes = attributes.into_iter().map(|(name, value)| (name.to_owned(), value)).collect();
     encode_exr(image, None, &[], &Header { sensor: job.sensor, crop: Crop::full(job.sensor), attributes })
-}
-
-/// White where both agree, red where the first and blue where the second is brighter: fully so by the image's mean.
-fn difference_in_colour(worst: &Picture, mean: f32) -> Image {
-    let colour = |difference: &Rgb| {
-        let x = if mean > 0.0 { (luminance(*difference) / mean).clamp(-1.0, 1.0) } else { 0.0 };
-        if x > 0.0 { Rgb::new(1.0, 1.0 - x, 1.0 - x) } else { Rgb::new(1.0 + x, 1.0 + x, 1.0) }
-    };
-    Image { pixels: worst.difference.pixels.iter().map(colour).collect(), ..worst.difference }
 }
 
 /// An image of the tiles.

@@ -5,13 +5,13 @@
 
 use std::{io::Cursor, path::Path};
 
-use exr::prelude::{MetaData, ReadChannels, ReadLayers, read};
 use image::{ImageDecoder, codecs::hdr::HdrDecoder};
 
 use super::{
     buffer::{self, Hash},
     error::one_line,
     limits::Limits,
+    openexr::{Picture, Refusal, check_size, openexr, refuse_parts},
 };
 use crate::{
     math::Rgb,
@@ -84,18 +84,6 @@ pub enum EnvironmentError {
     },
 }
 
-/// The pixels of a file, row by row from the top.
-struct Picture {
-    width: usize,
-    texels: Vec<Rgb>,
-}
-
-/// Why a file could not be decoded.
-enum Refusal {
-    Damaged(String),
-    TooLarge(usize, usize),
-}
-
 /// Reads an environment map, multiplies its radiance by `scale` and turns it by `rotation` radians about +y.
 ///
 /// # Errors
@@ -138,7 +126,7 @@ pub fn read_environment(
     let decoded = if bytes.starts_with(b"#?") {
         radiance(bytes, limit, &mut warnings)
     } else if bytes.starts_with(&[0x76, 0x2f, 0x31, 0x01]) {
-        openexr(bytes, limit)
+        refuse_parts(bytes).and_then(|()| openexr(bytes, limit))
     } else {
         return Err(EnvironmentError::UnknownFormat { file });
     };
@@ -197,47 +185,4 @@ fn radiance(bytes: &[u8], limit: u64, warnings: &mut Vec<String>) -> Result<Pict
     let channel = |bytes: &[u8]| f32::from_ne_bytes([bytes[0], bytes[1], bytes[2], bytes[3]]);
     let texels = raw.chunks_exact(12).map(|t| Rgb::new(channel(t), channel(&t[4..]), channel(&t[8..]))).collect();
     Ok(Picture { width, texels })
-}
-
-fn openexr(bytes: &[u8], limit: u64) -> Result<Picture, Refusal> {
-    let damaged = |error: exr::error::Error| Refusal::Damaged(format!("its OpenEXR image cannot be decoded ({error})"));
-    let meta = MetaData::read_from_buffered(Cursor::new(bytes), false).map_err(damaged)?;
-    let wanted =
-        |name: &str| meta.headers.iter().any(|h| h.channels.list.iter().any(|c| c.name.eq_case_insensitive(name)));
-    if !["R", "G", "B"].into_iter().all(wanted) {
-        return Err(Refusal::Damaged("it has no channels R, G and B".to_owned()));
-    }
-    for header in &meta.headers {
-        check_size(header.layer_size.x(), header.layer_size.y(), limit)?;
-        let display = header.shared_attributes.display_window;
-        if display.size != header.layer_size || display.position != header.own_attributes.layer_position {
-            return Err(Refusal::Damaged(
-                "it is a part of a larger image, its data and display windows differ".to_owned(),
-            ));
-        }
-    }
-    let create = |size: exr::math::Vec2<usize>, _: &_| Picture {
-        width: size.width(),
-        texels: vec![Rgb::ZERO; size.width() * size.height()],
-    };
-    let set = |picture: &mut Picture, at: exr::math::Vec2<usize>, (r, g, b): (f32, f32, f32)| {
-        picture.texels[at.y() * picture.width + at.x()] = Rgb::new(r, g, b);
-    };
-    let image = read()
-        .no_deep_data()
-        .largest_resolution_level()
-        .rgb_channels(create, set)
-        .first_valid_layer()
-        .all_attributes()
-        .from_buffered(Cursor::new(bytes))
-        .map_err(damaged)?;
-    Ok(image.layer_data.channel_data.pixels)
-}
-
-fn check_size(width: usize, height: usize, limit: u64) -> Result<(usize, usize), Refusal> {
-    match (width as u64).checked_mul(height as u64) {
-        Some(0) => Err(Refusal::Damaged("it has no pixels".to_owned())),
-        Some(texels) if texels <= limit => Ok((width, height)),
-        _ => Err(Refusal::TooLarge(width, height)),
-    }
 }

@@ -49,6 +49,7 @@ mod limits;
 mod material;
 mod mesh;
 mod node;
+mod openexr;
 mod pose;
 mod scenes;
 mod tangent;
@@ -70,6 +71,7 @@ pub use environment::{
 pub use error::LoadError;
 pub use light::PunctualLight;
 pub use limits::{Limits, LoadOptions, Outside};
+pub use openexr::{ImageError, read_image};
 
 use crate::scene::{
     Scene,

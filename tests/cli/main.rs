@@ -1,6 +1,7 @@
 //! The program as a person or a script meets it: exit codes, sentences, files.
 
 mod checkpoints;
+mod compare;
 mod environment;
 mod info;
 mod interruption;

@@ -1,0 +1,167 @@
+//! `pathspace compare`.
+
+use std::path::{Path, PathBuf};
+
+use serde_json::{Map, Value, json};
+
+use super::{
+    args::VerbosityArgs,
+    exit::{Exit, Failure},
+    pictures::difference_in_colour,
+    terminal::{self, Terminal},
+    values,
+};
+use crate::{
+    compare::{Metric, brightness_difference, difference},
+    film::{Crop, Exposure, Format, Header, Image, check_writable, encode_exr, encode_png, write_atomically},
+    io::{Limits, read_image},
+    math::luminance,
+    scene::camera::Sensor,
+};
+
+/// Raised when a key of the JSON changes or goes.
+const LAYOUT: u32 = 1;
+
+/// What `pathspace compare` is asked for.
+#[derive(Debug, clap::Args)]
+pub(super) struct CompareArgs {
+    /// An image, .exr
+    #[arg(value_name = "A")]
+    a: PathBuf,
+
+    /// What it is compared with, .exr of the same size
+    #[arg(value_name = "B")]
+    b: PathBuf,
+
+    /// Compare both with this image, .exr, instead of one with the other
+    #[arg(long, value_name = "R")]
+    reference: Option<PathBuf>,
+
+    /// Write A minus B: .exr as it is, .png in colours (white: equal, red: A is brighter, blue: B is); may be given several times
+    #[arg(short, long, value_name = "DIFF")]
+    output: Vec<PathBuf>,
+
+    /// Exit with 1 if this error (mse, relmse, relmse-trimmed, mape) of A, or with --reference of A or B, is above X; may be given
+    /// several times
+    #[arg(long, value_name = "METRIC=X", value_parser = values::bound)]
+    fail_above: Vec<(Metric, f64)>,
+
+    /// Answer as JSON
+    #[arg(long)]
+    json: bool,
+
+    #[command(flatten)]
+    verbosity: VerbosityArgs,
+}
+
+/// An image and how far it is from what it is compared with.
+struct Row<'a> {
+    file: &'a Path,
+    errors: [f64; Metric::ALL.len()],
+    brighter: f64,
+}
+
+impl<'a> Row<'a> {
+    fn new(file: &'a Path, image: &Image, reference: &Image) -> Self {
+        let errors = Metric::ALL.map(|metric| metric.between(image, reference));
+        Self { file, errors, brighter: brightness_difference(image, reference) }
+    }
+
+    fn errors(&self) -> impl Iterator<Item = (Metric, f64)> {
+        Metric::ALL.into_iter().zip(self.errors)
+    }
+
+    /// The bounds that it is above.
+    fn above(&self, bounds: &[(Metric, f64)]) -> Vec<String> {
+        let is_above = |(metric, most): &&(Metric, f64)| self.errors().any(|(m, error)| m == *metric && error > *most);
+        let say =
+            |(metric, most): &(Metric, f64)| format!("{} of {} is above {most}", metric.name(), self.file.display());
+        bounds.iter().filter(is_above).map(say).collect()
+    }
+
+    fn json(&self) -> Value {
+        let errors = self.errors().map(|(metric, error)| (metric.name().to_owned(), json!(error)));
+        let mut object: Map<String, Value> = errors.collect();
+        object.insert("file".to_owned(), json!(self.file.display().to_string()));
+        object.insert("brighter".to_owned(), json!(self.brighter));
+        Value::Object(object)
+    }
+}
+
+/// Says the errors of A against B, or of both against the reference.
+pub(super) fn run(args: &CompareArgs) -> Result<Exit, Failure> {
+    let terminal = Terminal::new(args.verbosity.verbosity());
+    for path in &args.output {
+        Format::of(path).map_err(|error| Failure::usage(format!("cannot write '{}': {error}", path.display())))?;
+        check_writable(path).map_err(|error| Failure::output(error.to_string()))?;
+    }
+    let a = read(&args.a)?;
+    let b = read(&args.b)?;
+    let same_size = |path: &Path, image: &Image| {
+        if (image.width, image.height) == (a.width, a.height) {
+            return Ok(());
+        }
+        let (first, other) = (args.a.display(), path.display());
+        let (w, h, x, y) = (a.width, a.height, image.width, image.height);
+        Err(Failure::input(format!(
+            "'{first}' has {w} × {h} pixels and '{other}' {x} × {y}: only images of one size can be compared"
+        )))
+    };
+    same_size(&args.b, &b)?;
+    let rows = match &args.reference {
+        None => vec![Row::new(&args.a, &a, &b)],
+        Some(path) => {
+            let reference = read(path)?;
+            same_size(path, &reference)?;
+            vec![Row::new(&args.a, &a, &reference), Row::new(&args.b, &b, &reference)]
+        }
+    };
+    write(args, &a, &b)?;
+
+    let above: Vec<_> = rows.iter().flat_map(|row| row.above(&args.fail_above)).collect();
+    let exit = if above.is_empty() { Exit::Done } else { Exit::ComparisonFailed };
+    if args.json {
+        let images: Vec<_> = rows.iter().map(Row::json).collect();
+        let (width, height) = (a.width, a.height);
+        terminal::answer(json!({
+            "layout": LAYOUT, "width": width, "height": height, "images": images, "above": above, "exit": exit as u8,
+        }));
+    } else if !terminal.is_quiet() {
+        table(&rows).iter().chain(&above).for_each(terminal::answer);
+    }
+    Ok(exit)
+}
+
+fn read(path: &Path) -> Result<Image, Failure> {
+    read_image(&Limits::default(), path).map_err(|error| Failure::input(error.to_string()))
+}
+
+/// A line for the names and one for each image.
+fn table(rows: &[Row<'_>]) -> Vec<String> {
+    let names = rows.iter().map(|row| row.file.display().to_string().chars().count());
+    let widest = names.max().unwrap_or(0);
+    let head: String = Metric::ALL.iter().map(|metric| format!("{:>16}", metric.name())).collect();
+    let line = |row: &Row<'_>| {
+        let errors: String = row.errors.iter().map(|error| format!("{error:>16.4e}")).collect();
+        format!("{:widest$}{errors}{:>+14.3} %", row.file.display(), 100.0 * row.brighter)
+    };
+    [format!("{:widest$}{head}{:>16}", "", "brighter")].into_iter().chain(rows.iter().map(line)).collect()
+}
+
+/// Writes the difference to all outputs.
+fn write(args: &CompareArgs, a: &Image, b: &Image) -> Result<(), Failure> {
+    let difference = difference(a, b);
+    let sensor = Sensor { width: a.width, height: a.height, padding: 0 };
+    let attributes = [("version", env!("CARGO_PKG_VERSION")), ("shows", "the first image minus the second")];
+    let attributes = attributes.map(|(name, value)| (name.to_owned(), value.to_owned())).to_vec();
+    let header = Header { sensor, crop: Crop::full(sensor), attributes };
+    for path in &args.output {
+        let bytes = match Format::of(path) {
+            Ok(Format::Exr) => encode_exr(&difference, None, &[], &header),
+            _ => encode_png(&difference_in_colour(&difference, luminance(b.mean())), None, Exposure::Ev(0.0)),
+        };
+        let refuse = |error| Failure::output(format!("cannot write '{}': {error}", path.display()));
+        write_atomically(path, &bytes.map_err(refuse)?).map_err(|error| Failure::output(error.to_string()))?;
+    }
+    Ok(())
+}

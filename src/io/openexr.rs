@@ -1,0 +1,111 @@
+//! Reading OpenEXR images: the channels R, G and B of the first part that has them.
+
+use std::{io::Cursor, path::Path};
+
+use exr::prelude::{MetaData, ReadChannels, ReadLayers, read};
+
+use super::{buffer, error::one_line, limits::Limits};
+use crate::{film::Image, math::Rgb};
+
+/// The pixels of a file, row by row from the top.
+pub(super) struct Picture {
+    pub(super) width: usize,
+    pub(super) texels: Vec<Rgb>,
+}
+
+/// Why a file could not be decoded.
+pub(super) enum Refusal {
+    Damaged(String),
+    TooLarge(usize, usize),
+}
+
+/// Why an image could not be read. Its message is one line.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("cannot read the image {file}: {what}")]
+pub struct ImageError {
+    file: String,
+    what: String,
+}
+
+/// Reads the channels R, G and B of an OpenEXR file, as they are: its data window, without the display window around it.
+///
+/// # Errors
+/// If it is no such file, is larger than `limits` allow (`file-bytes`, `texels`), or has a channel that is not finite.
+pub fn read_image(limits: &Limits, path: &Path) -> Result<Image, ImageError> {
+    let refuse = |what: String| ImageError { file: one_line(&path.display().to_string()), what: one_line(&what) };
+    let bytes = buffer::file(path, limits.file_bytes).map_err(refuse)?;
+    if !bytes.starts_with(&[0x76, 0x2f, 0x31, 0x01]) {
+        return Err(refuse("it is no OpenEXR file, and others do not hold linear radiance".to_owned()));
+    }
+    let picture = openexr(&bytes, limits.texels).map_err(|refusal| match refusal {
+        Refusal::Damaged(what) => refuse(what),
+        Refusal::TooLarge(width, height) => {
+            refuse(format!("it has {width} × {height} pixels, and {} is the limit", limits.texels))
+        }
+    })?;
+    let (width, height) = (picture.width, picture.texels.len() / picture.width);
+    if let Some(odd) = picture.texels.iter().position(|texel| !texel.is_finite()) {
+        let (x, y) = (odd % width, odd / width);
+        return Err(refuse(format!("column {x}, row {y} is {}, which is not finite", picture.texels[odd])));
+    }
+    Ok(Image { width: width as u32, height: height as u32, pixels: picture.texels })
+}
+
+fn damaged(error: exr::error::Error) -> Refusal {
+    Refusal::Damaged(format!("its OpenEXR image cannot be decoded ({error})"))
+}
+
+fn headers(bytes: &[u8]) -> Result<MetaData, Refusal> {
+    MetaData::read_from_buffered(Cursor::new(bytes), false).map_err(damaged)
+}
+
+/// Refuses an image that is a part of a larger one.
+pub(super) fn refuse_parts(bytes: &[u8]) -> Result<(), Refusal> {
+    for header in &headers(bytes)?.headers {
+        let display = header.shared_attributes.display_window;
+        if display.size != header.layer_size || display.position != header.own_attributes.layer_position {
+            return Err(Refusal::Damaged(
+                "it is a part of a larger image, its data and display windows differ".to_owned(),
+            ));
+        }
+    }
+    Ok(())
+}
+
+/// The pixels of a file of at most `limit` of them.
+pub(super) fn openexr(bytes: &[u8], limit: u64) -> Result<Picture, Refusal> {
+    let meta = headers(bytes)?;
+    let wanted =
+        |name: &str| meta.headers.iter().any(|h| h.channels.list.iter().any(|c| c.name.eq_case_insensitive(name)));
+    if !["R", "G", "B"].into_iter().all(wanted) {
+        return Err(Refusal::Damaged("it has no channels R, G and B".to_owned()));
+    }
+    for header in &meta.headers {
+        check_size(header.layer_size.x(), header.layer_size.y(), limit)?;
+    }
+    let create = |size: exr::math::Vec2<usize>, _: &_| Picture {
+        width: size.width(),
+        texels: vec![Rgb::ZERO; size.width() * size.height()],
+    };
+    let set = |picture: &mut Picture, at: exr::math::Vec2<usize>, (r, g, b): (f32, f32, f32)| {
+        picture.texels[at.y() * picture.width + at.x()] = Rgb::new(r, g, b);
+    };
+    let image = read()
+        .no_deep_data()
+        .largest_resolution_level()
+        .rgb_channels(create, set)
+        .first_valid_layer()
+        .all_attributes()
+        .from_buffered(Cursor::new(bytes))
+        .map_err(damaged)?;
+    Ok(image.layer_data.channel_data.pixels)
+}
+
+/// Refuses no pixels, and more than `limit`.
+pub(super) fn check_size(width: usize, height: usize, limit: u64) -> Result<(usize, usize), Refusal> {
+    match (width as u64).checked_mul(height as u64) {
+        Some(0) => Err(Refusal::Damaged("it has no pixels".to_owned())),
+        Some(texels) if texels <= limit => Ok((width, height)),
+        _ => Err(Refusal::TooLarge(width, height)),
+    }
+}
