@@ -17,7 +17,7 @@ use rayon::prelude::*;
 pub use self::statistics::{Rays, Statistics};
 
 use crate::{
-    film::{Coverage, Crop, Film, FixedPoint, Half},
+    film::{Coverage, Crop, Film, FixedPoint, Half, Sums},
     integrator::{Integrator, IntegratorKind, Samplers, Scratch, Sink, Splats, Unit, Weighting},
     layers::Layers,
     math::Rgb,
@@ -173,6 +173,12 @@ impl<'a> Renderer<'a> {
         self.layers.as_ref().map_or(&[], |layers| &layers.films)
     }
 
+    /// All sums so far.
+    pub fn sums(&self) -> Sums<'_> {
+        let layers = self.layers.iter().flat_map(|layers| layers.layers.names().zip(&layers.films)).collect();
+        Sums { film: &self.film, coverage: self.coverage.as_ref(), layers }
+    }
+
     /// Makes `first` the next pass: what comes is a part of a longer render, whose other parts have the passes before and after.
     ///
     /// # Panics
@@ -183,8 +189,7 @@ impl<'a> Renderer<'a> {
         Self { passes: first..first, ..self }
     }
 
-    /// Goes on after these passes, whose sums have been added to [`Renderer::film`] and [`Renderer::coverage`], and in which
-    /// `done` was done.
+    /// Goes on after these passes, whose sums have been added to [`Renderer::sums`], and in which `done` was done.
     #[must_use]
     pub fn resumed(self, passes: Range<u32>, done: &Statistics) -> Self {
         let this = Self { passes, ..self };

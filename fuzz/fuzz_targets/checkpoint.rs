@@ -5,20 +5,22 @@ use std::io::Cursor;
 
 use libfuzzer_sys::fuzz_target;
 use pathspace::{
-    film::{CheckpointFile, Coverage, Film, FixedPoint},
+    film::{CheckpointFile, Coverage, Film, FixedPoint, Sums},
     sampling::Filter,
 };
 
 fuzz_target!(|bytes: &[u8]| {
     let added = CheckpointFile::from_reader(Cursor::new(bytes)).and_then(|file| {
-        let (sensor, crop) = (file.header().sensor, file.header().crop);
+        let (sensor, crop, contents) = (file.header().sensor, file.header().crop, file.contents().clone());
         // As `merge` does: what is too large is refused by the header.
-        if crop.pixels() > 1 << 14 {
+        if contents.bytes(crop.pixels()) > 1 << 21 {
             return Ok(());
         }
-        let film = Film::new(sensor, crop, Filter::Box, FixedPoint::with_exponent(-40));
-        let coverage = file.is_transparent().then(|| Coverage::new(crop, Filter::Box));
-        file.add_to(&film, coverage.as_ref())
+        let film = || Film::new(sensor, crop, Filter::Box, FixedPoint::with_exponent(-40));
+        let (image, layers) = (film(), contents.layers.iter().map(|_| film()).collect::<Vec<_>>());
+        let coverage = contents.transparent.then(|| Coverage::new(crop, Filter::Box));
+        let layers = contents.layers.iter().map(String::as_str).zip(&layers).collect();
+        file.add_to(&Sums { film: &image, coverage: coverage.as_ref(), layers })
     });
     if let Err(error) = added {
         assert!(!error.to_string().contains(char::is_control), "{error}");

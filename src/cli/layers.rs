@@ -4,8 +4,8 @@ use std::collections::BTreeMap;
 
 use super::{args::RenderArgs, exit::Failure, pictures::Outputs};
 use crate::{
-    film::{Film, Image},
-    layers::{Expression, LayerError, LayerSet, Layers},
+    film::{Contents, Film, Image, Sums},
+    layers::{Expression, LONGEST_NAME, LayerError, LayerSet, Layers},
     render::Renderer,
     scene::Scene,
 };
@@ -33,7 +33,7 @@ const BYTES_PER_PIXEL: u64 = 12 + 24;
 
 impl LayerArgs {
     /// Refuses what does not go together.
-    pub(super) fn check(&self, args: &RenderArgs, outputs: &Outputs) -> Result<(), Failure> {
+    pub(super) fn check(&self, outputs: &Outputs) -> Result<(), Failure> {
         if self.layer.is_empty() && self.layers.is_empty() {
             return Ok(());
         }
@@ -46,13 +46,6 @@ impl LayerArgs {
         if !outputs.holds_layers() {
             return Err(Failure::usage("layers are channels of an .exr file, and no output is one (-o OUT.exr)"));
         }
-        let part = &args.part;
-        if part.checkpoint.is_some() || part.resume.is_some() || part.shard.is_some() {
-            return Err(Failure::usage(
-                "checkpoints and shards hold the image without layers: leave --layer and --layers out, or --checkpoint, \
-                 --resume and --shard",
-            ));
-        }
         Ok(())
     }
 
@@ -60,9 +53,11 @@ impl LayerArgs {
     pub(super) fn choose(&self, args: &RenderArgs, scene: &Scene, renderer: &Renderer<'_>) -> Result<Layers, Failure> {
         let layers = Layers::new(&self.layers, &self.layer, scene, renderer.integrator()).map_err(|e| refuse(&e))?;
         let crop = renderer.film().crop();
-        let pixels = crop.pixels();
-        let each = Film::memory(pixels) + BYTES_PER_PIXEL * pixels;
-        args.size.check_memory((layers.len() as u64 + 1) * each, crop)?;
+        let (pixels, films) = (crop.pixels(), layers.len() as u64 + 1);
+        // As without layers: the image, or a checkpoint as integers and as a file.
+        let contents = Contents { layers: layers.names().map(str::to_owned).collect(), ..renderer.sums().contents() };
+        let written = (films * BYTES_PER_PIXEL * pixels).max(2 * contents.bytes(pixels));
+        args.size.check_memory(films * Film::memory(pixels) + written, crop)?;
         Ok(layers)
     }
 
@@ -77,8 +72,8 @@ impl LayerArgs {
 }
 
 /// The images of the layers with their names.
-pub(super) fn images(layers: &Layers, renderer: &Renderer<'_>, passes: u32) -> Vec<(String, Image)> {
-    layers.names().map(str::to_owned).zip(renderer.layer_films().iter().map(|film| film.image(passes))).collect()
+pub(super) fn images(sums: &Sums<'_>, passes: u32) -> Vec<(String, Image)> {
+    sums.layers.iter().map(|(name, film)| ((*name).to_owned(), film.image(passes))).collect()
 }
 
 fn refuse(error: &LayerError) -> Failure {
@@ -92,6 +87,9 @@ fn layer(text: &str) -> Result<(String, Expression), String> {
     let plain = |c: char| c.is_ascii_alphanumeric() || c == '-' || c == '_';
     if name.is_empty() || !name.chars().all(plain) {
         return Err(format!("'{name}' is no name of a layer: these are letters, digits, '-' and '_'"));
+    }
+    if name.len() > LONGEST_NAME {
+        return Err(format!("this name of a layer has {} letters, and {LONGEST_NAME} is the limit", name.len()));
     }
     Ok((name.to_owned(), Expression::parse(expression).map_err(|error| error.to_string())?))
 }

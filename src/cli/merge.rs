@@ -9,6 +9,7 @@ use super::{
     args::{VerbosityArgs, check_memory},
     exit::Failure,
     header::{film_of, header},
+    layers,
     passes::Passes,
     pictures::Outputs,
     render_passes,
@@ -17,7 +18,7 @@ use super::{
     values::{self, Bytes},
 };
 use crate::{
-    film::{CheckpointHeader, Coverage, Exposure, Film},
+    film::{CheckpointHeader, Contents, Coverage, Exposure, Film, Sums},
     render::Statistics,
     scene::camera::Sensor,
 };
@@ -67,35 +68,38 @@ pub(super) fn run(args: &MergeArgs) -> Result<(), Failure> {
     }
 
     let CheckpointHeader { sensor, crop, settings, .. } = &set.first;
-    let transparent = set.transparent;
-    // The film and its coverage, and a shard beside them.
-    check_memory(2 * CheckpointHeader::bytes(crop.pixels(), transparent), args.memory_limit, *crop)?;
+    let contents = &set.contents;
+    // The sums, and those of a shard beside them.
+    check_memory(contents.bytes(crop.pixels()).saturating_mul(2), args.memory_limit, *crop)?;
     let foreign =
         || Failure::input(format!("cannot use '{}': its filter or quantum is unknown", args.shards[0].display()));
     let (filter, scale) = film_of(settings).ok_or_else(foreign)?;
     let sensor = Sensor { padding: filter.padding(), ..*sensor };
-    let film = Film::new(sensor, *crop, filter, scale);
-    let coverage = transparent.then(|| Coverage::new(*crop, filter));
+    let film = || Film::new(sensor, *crop, filter, scale);
+    let (image, layers) = (film(), contents.layers.iter().map(|name| (name.as_str(), film())).collect::<Vec<_>>());
+    let coverage = contents.transparent.then(|| Coverage::new(*crop, filter));
+    let layers = layers.iter().map(|(name, film)| (*name, film)).collect();
+    let sums = Sums { film: &image, coverage: coverage.as_ref(), layers };
     for path in &args.shards {
         let file = open(path)?;
         // It was checked, and may have been replaced since.
-        if Shape::of(file.header()).differs(&Shape::of(&set.first)).is_some() || file.is_transparent() != transparent {
+        if Shape::of(file.header()).differs(&Shape::of(&set.first)).is_some() || file.contents() != contents {
             return Err(Failure::input(format!("'{}' changed while it was merged", path.display())));
         }
-        file.add_to(&film, coverage.as_ref()).map_err(|error| unusable(path, &error))?;
+        file.add_to(&sums).map_err(|error| unusable(path, &error))?;
     }
 
-    render_passes::faults(&set.statistics, film.errors(), terminal);
+    render_passes::faults(&set.statistics, image.errors(), terminal);
     if missing.count() > 0 {
         let (there, whole) = (passes.count(), set.whole);
         terminal.warn(format_args!("only {there} of {whole} samples per pixel are merged: {missing} are missing"));
     }
-    let noise = render_passes::noise(passes.noise(&film), passes.count());
+    let noise = render_passes::noise(passes.noise(&image), passes.count());
     terminal.say(format_args!("{} spp from {} files, {noise}", passes.count(), args.shards.len()));
-    let (image, alpha) = (film.image(passes.count()), coverage.map(|coverage| coverage.alpha()));
     let exposure = args.exposure.map_or(Exposure::Auto, Exposure::Ev);
-    let header = header(sensor, settings, &film, passes);
-    outputs.write(&image, alpha.as_deref(), &[], &header, exposure, terminal)?;
+    let header = header(sensor, settings, &image, passes);
+    let (layers, alpha) = (layers::images(&sums, passes.count()), coverage.as_ref().map(Coverage::alpha));
+    outputs.write(&image.image(passes.count()), alpha.as_deref(), &layers, &header, exposure, terminal)?;
     terminal.say(outputs.said());
     Ok(())
 }
@@ -103,7 +107,7 @@ pub(super) fn run(args: &MergeArgs) -> Result<(), Failure> {
 /// What the headers of all files say together.
 struct Set {
     first: CheckpointHeader,
-    transparent: bool,
+    contents: Contents,
     passes: Passes,
     /// How many passes there should be.
     whole: u32,
@@ -125,12 +129,12 @@ impl Set {
             let whole = header.whole.unwrap_or(header.passes.end);
             let set = set.get_or_insert_with(|| Self {
                 first: header.clone(),
-                transparent: file.is_transparent(),
+                contents: file.contents().clone(),
                 passes: Passes::default(),
                 whole,
                 statistics: Statistics::default(),
             });
-            set.check(&paths[0], path, header, file.is_transparent())?;
+            set.check(&paths[0], path, header, file.contents())?;
             if let Err(twice) = set.passes.insert(header.passes.clone()) {
                 let other = ranges.iter().position(|range| range.contains(&twice.start)).unwrap_or_default();
                 let (a, b) = (paths[other].display(), path.display());
@@ -145,14 +149,15 @@ impl Set {
     }
 
     /// Refuses a file that belongs to another render than the first one.
-    fn check(&self, first: &Path, path: &Path, header: &CheckpointHeader, transparent: bool) -> Result<(), Failure> {
+    fn check(&self, first: &Path, path: &Path, header: &CheckpointHeader, contents: &Contents) -> Result<(), Failure> {
         let (a, b) = (first.display(), path.display());
         let refuse = |what: String| Err(Failure::input(format!("'{a}' and '{b}' are no parts of one image: {what}")));
         if let Some((here, there)) = Shape::of(&self.first).differs(&Shape::of(header)) {
             return refuse(format!("in the first {here}, in the other {there}"));
         }
-        if self.transparent != transparent {
-            return refuse("only one of them has a transparent background".to_owned());
+        // The settings say which they are, so that only a file that no render wrote ends here.
+        if self.contents != *contents {
+            return refuse("they have other channels".to_owned());
         }
         if self.first.whole != header.whole {
             let whole = |whole: Option<u32>| whole.map_or("unknown".to_owned(), |whole| whole.to_string());

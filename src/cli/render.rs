@@ -25,9 +25,8 @@ use super::{
     viewer::Viewer,
 };
 use crate::{
-    film::{CheckpointHeader, Coverage, Crop, Exposure, Film, Header},
+    film::{Contents, Coverage, Crop, Exposure, Film, Header},
     integrator::{IntegratorKind, Weighting},
-    layers::Layers,
     path::Strategy,
     render::{Background, Renderer, Settings},
     scene::camera::Sensor,
@@ -59,7 +58,7 @@ pub(super) fn run(args: &RenderArgs) -> Result<Exit, Failure> {
     let outputs = outputs(args)?;
     Keeper::check(&args.part, &outputs)?;
     stats::check(args.stats.as_ref(), &outputs)?;
-    args.layers.check(args, &outputs)?;
+    args.layers.check(&outputs)?;
     let pool = args.paths.thread_pool()?;
     let mut phases = Phases::start();
 
@@ -101,8 +100,6 @@ pub(super) fn run(args: &RenderArgs) -> Result<Exit, Failure> {
     // The checkpoint first: it is what cannot be made again from the image.
     let checkpoint = match ended.interrupted {
         None => keeper.at_end(&renderer)?,
-        // A checkpoint would have lost them.
-        Some(_) if !layers.is_empty() => None,
         Some(_) => Some(keeper.at_interruption(&renderer)?),
     };
     let written = match (args.part.shard, ended.interrupted) {
@@ -111,7 +108,7 @@ pub(super) fn run(args: &RenderArgs) -> Result<Exit, Failure> {
         (Some(_), None) => outputs.write_bytes(saved::encode(&renderer, sensor, &recorded, whole)).map(|()| true)?,
         (None, _) => {
             let header = image_header(sensor, &recorded, &renderer, ended.quality);
-            write(args, &outputs, &header, &renderer, &layers, terminal).map(|()| true)?
+            write(args, &outputs, &header, &renderer, terminal).map(|()| true)?
         }
     };
     phases.end("write");
@@ -123,12 +120,8 @@ pub(super) fn run(args: &RenderArgs) -> Result<Exit, Failure> {
     if written {
         terminal.say(outputs.said());
     }
-    match (ended.interrupted, checkpoint) {
-        (Some(_), Some(checkpoint)) => {
-            terminal.say(format_args!("interrupted; to go on: {}", resume_command(checkpoint)));
-        }
-        (Some(_), None) => terminal.say("interrupted; a render with layers cannot be continued"),
-        (None, _) => {}
+    if let (Some(_), Some(checkpoint)) = (ended.interrupted, checkpoint) {
+        terminal.say(format_args!("interrupted; to go on: {}", resume_command(checkpoint)));
     }
     progress.event(|| {
         let files: Vec<_> = outputs.paths().filter(|_| written).map(|path| path.display().to_string()).collect();
@@ -263,7 +256,8 @@ fn check_memory(args: &RenderArgs, settings: &Settings) -> Result<(), Failure> {
         Background::Transparent => Coverage::memory(pixels) + ALPHA_BYTES_PER_PIXEL * pixels,
     };
     // A checkpoint is there twice while it is written: as integers, and as the file.
-    let checkpoint = 2 * CheckpointHeader::bytes(pixels, settings.background == Background::Transparent);
+    let transparent = settings.background == Background::Transparent;
+    let checkpoint = 2 * Contents { transparent, ..Contents::default() }.bytes(pixels);
     let needed = Film::memory(pixels) + alpha + checkpoint.max(IMAGE_BYTES_PER_PIXEL * pixels);
     args.size.check_memory(needed, settings.crop)
 }
@@ -287,11 +281,10 @@ fn write(
     outputs: &Outputs,
     header: &Header,
     renderer: &Renderer<'_>,
-    layers: &Layers,
     terminal: Terminal,
 ) -> Result<(), Failure> {
     let passes = renderer.passes();
     let exposure = args.exposure.map_or(Exposure::Auto, Exposure::Ev);
     let (image, alpha) = (renderer.film().image(passes), renderer.alpha());
-    outputs.write(&image, alpha.as_deref(), &layers::images(layers, renderer, passes), header, exposure, terminal)
+    outputs.write(&image, alpha.as_deref(), &layers::images(&renderer.sums(), passes), header, exposure, terminal)
 }

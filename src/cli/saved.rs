@@ -38,7 +38,7 @@ pub(super) fn encode(
         errors: film.errors(),
         counts: counts(&renderer.statistics()),
     };
-    encode_checkpoint(film, renderer.coverage(), &header)
+    encode_checkpoint(&renderer.sums(), &header)
 }
 
 /// The render, going on where the file at `path` ends. It is to have the passes `wanted`.
@@ -56,8 +56,9 @@ pub(super) fn resume<'a>(
     if let Some(other) = Shape::of(&header).differs(&here) {
         return Err(refuse(format!("{} there, and {} here", other.0, other.1)));
     }
-    if file.is_transparent() != renderer.coverage().is_some() {
-        return Err(refuse("its channels are not those of this background".to_owned()));
+    // The settings say which they are, so that only a file that no render wrote ends here.
+    if *file.contents() != renderer.sums().contents() {
+        return Err(refuse("its channels are not those of this render".to_owned()));
     }
     let Range { start, end } = header.passes;
     if start != wanted.start {
@@ -67,7 +68,7 @@ pub(super) fn resume<'a>(
         return Err(refuse(format!("it has the samples up to number {}, and only {} are wanted", end, wanted.end)));
     }
     let done = statistics(&header.counts).ok_or_else(|| refuse("its counts are unreadable".to_owned()))?;
-    file.add_to(renderer.film(), renderer.coverage()).map_err(|error| unusable(path, &error))?;
+    file.add_to(&renderer.sums()).map_err(|error| unusable(path, &error))?;
     Ok(renderer.resumed(start..end, &done))
 }
 

@@ -74,6 +74,7 @@ impl Stats<'_> {
         // They are between the passes, and in their time.
         seconds.insert("checkpoints".to_owned(), keeper.spent().as_secs_f64().into());
         seconds.insert("all".to_owned(), phases.all.into());
+        let films = Film::memory(crop.pixels()) * (1 + renderer.layer_films().len() as u64);
         let coverage = renderer.coverage().map_or(0, |_| Coverage::memory(crop.pixels()));
         json!({
             "layout": LAYOUT,
@@ -104,7 +105,7 @@ impl Stats<'_> {
                 "checkpoints": keeper.written(),
             },
             "seconds": seconds,
-            "memory": { "film": Film::memory(crop.pixels()) + coverage, "peak": peak_memory() },
+            "memory": { "film": films + coverage, "peak": peak_memory() },
             "rejected": rejected,
             "film_errors": {
                 "non_finite": errors.non_finite,

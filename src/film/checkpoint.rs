@@ -3,11 +3,12 @@
 //!
 //! Such a file is an ordinary OpenEXR image of uncompressed 32-bit unsigned integers. A sum has 64 bits and so two channels,
 //! `even.R.high` and `even.R.low` for the red of the half image of the even passes, and so on; with a transparent background
-//! `coverage.all` and `coverage.hit` join them. The windows are those of the image. The attributes `pathspace.NAME` are
+//! `coverage.all` and `coverage.hit` join them, and `layer.NAME.even.R` and so on for each layer. The windows are those of the image. The attributes `pathspace.NAME` are
 //! those that the image will have as well, whatever the number of samples; `pathspace.state.NAME` say which passes these are
 //! and what was counted in them, with a checksum over all of it.
 
 mod header;
+mod sums;
 
 use std::{
     collections::BTreeMap,
@@ -26,10 +27,16 @@ use ::exr::{
 };
 use sha2::{Digest, Sha256};
 
-pub use self::header::CheckpointHeader;
-use self::header::{CHECKSUM, STATE, parse};
+pub use self::{
+    header::CheckpointHeader,
+    sums::{Contents, Sums},
+};
+use self::{
+    header::{CHECKSUM, STATE, parse},
+    sums::words,
+};
 use super::{
-    Coverage, Crop, Film, Half, Header,
+    Crop, Header,
     exr::{image_attributes, own_attributes, sort_attributes},
 };
 
@@ -47,46 +54,19 @@ pub enum CheckpointError {
     Damaged(String),
 }
 
-/// One of the sums of every pixel.
-#[derive(Clone, Copy)]
-enum Sum {
-    Light(Half, usize),
-    Coverage(usize),
-}
-
-impl Sum {
-    fn all(transparent: bool) -> Vec<Self> {
-        let light = [Half::Even, Half::Odd].into_iter().flat_map(|half| (0..3).map(move |c| Self::Light(half, c)));
-        light.chain((0..if transparent { 2 } else { 0 }).map(Self::Coverage)).collect()
-    }
-
-    fn name(self) -> String {
-        match self {
-            Self::Light(Half::Even, channel) => format!("even.{}", ["R", "G", "B"][channel]),
-            Self::Light(Half::Odd, channel) => format!("odd.{}", ["R", "G", "B"][channel]),
-            Self::Coverage(channel) => format!("coverage.{}", ["all", "hit"][channel]),
-        }
-    }
-
-    fn of(self, film: &Film, coverage: Option<&Coverage>, pixel: usize) -> u64 {
-        match self {
-            Self::Light(half, channel) => film.sum(half, pixel, channel),
-            Self::Coverage(channel) => coverage.map_or(0, |coverage| coverage.sum(pixel, channel)),
-        }
-    }
-}
-
-/// Encodes the sums of `film`, and of `coverage` where the background is transparent: the same bytes for the same arguments.
+/// Encodes the sums of a render: the same bytes for the same arguments.
 ///
 /// # Errors
 /// If the format cannot hold them.
-pub fn encode_checkpoint(film: &Film, coverage: Option<&Coverage>, header: &CheckpointHeader) -> io::Result<Vec<u8>> {
+///
+/// # Panics
+/// If a layer or the coverage has other pixels than the film.
+pub fn encode_checkpoint(sums: &Sums<'_>, header: &CheckpointHeader) -> io::Result<Vec<u8>> {
     let mut channels = SmallVec::new();
-    for sum in Sum::all(coverage.is_some()) {
-        let words = |shift: u32| (0..film.pixels()).map(|i| (sum.of(film, coverage, i) >> shift) as u32).collect();
-        for (part, shift) in [("high", 32), ("low", 0)] {
-            let name = format!("{}.{part}", sum.name());
-            channels.push(AnyChannel::new(name.as_str(), FlatSamples::U32(words(shift))));
+    for (name, sum) in sums.all() {
+        let word = |shift: u32| (0..sums.film.pixels()).map(|i| (sums.get(sum, i) >> shift) as u32).collect();
+        for (name, shift) in words(&name).into_iter().zip([32, 0]) {
+            channels.push(AnyChannel::new(name.as_str(), FlatSamples::U32(word(shift))));
         }
     }
     let channels = AnyChannels::sort(channels);
@@ -144,7 +124,7 @@ fn checksum(
 pub struct CheckpointFile<R = BufReader<File>> {
     header: CheckpointHeader,
     checksum: String,
-    transparent: bool,
+    contents: Contents,
     chunks: Reader<R>,
 }
 
@@ -174,19 +154,10 @@ impl<R: Read + Seek> CheckpointFile<R> {
             return Err(CheckpointError::Foreign("it has several parts".to_owned()));
         };
         let (header, checksum) = parse(only)?;
-        let names: Vec<_> = only.channels.list.iter().map(|channel| channel.name.to_string()).collect();
-        let has = |transparent| {
-            let mut expected: Vec<_> = Sum::all(transparent).into_iter().map(Sum::name).collect();
-            expected = expected.iter().flat_map(|name| ["high", "low"].map(|part| format!("{name}.{part}"))).collect();
-            expected.sort();
-            names == expected
-        };
-        let transparent = match (has(false), has(true)) {
-            (true, _) => false,
-            (_, true) => true,
-            _ => return Err(CheckpointError::Foreign("its channels are not those of a film".to_owned())),
-        };
-        Ok(Self { header, checksum, transparent, chunks })
+        let names = only.channels.list.iter().map(|channel| channel.name.to_string()).collect();
+        let contents = Contents::of(names)
+            .ok_or_else(|| CheckpointError::Foreign("its channels are not those of a film".to_owned()))?;
+        Ok(Self { header, checksum, contents, chunks })
     }
 
     /// What it says besides the sums.
@@ -194,20 +165,21 @@ impl<R: Read + Seek> CheckpointFile<R> {
         &self.header
     }
 
-    /// Whether it has sums of coverage, too.
-    pub fn is_transparent(&self) -> bool {
-        self.transparent
+    /// Which sums it has besides the image's.
+    pub fn contents(&self) -> &Contents {
+        &self.contents
     }
 
-    /// Adds its sums, and its count of what could not be added, to a film of the same pixels.
+    /// Adds its sums, and its count of what could not be added, to those of the same pixels.
     ///
     /// # Errors
     /// If it is damaged; nothing has then been added.
     ///
     /// # Panics
-    /// If the film has other pixels, or `coverage` is there and the file's is not or the other way round.
-    pub fn add_to(self, film: &Film, coverage: Option<&Coverage>) -> Result<(), CheckpointError> {
-        assert!(self.header.crop == film.crop() && self.transparent == coverage.is_some(), "sums of another image");
+    /// If these are the sums of other pixels, or not those that the file has.
+    pub fn add_to(self, sums: &Sums<'_>) -> Result<(), CheckpointError> {
+        let film = sums.film;
+        assert!(self.header.crop == film.crop() && self.contents == sums.contents(), "sums of another image");
         let damaged = |error: ::exr::error::Error| CheckpointError::Damaged(error.to_string());
         let layers = read().no_deep_data().largest_resolution_level().all_channels().first_valid_layer();
         let image = layers.all_attributes().non_parallel().from_chunks(self.chunks).map_err(damaged)?;
@@ -215,22 +187,21 @@ impl<R: Read + Seek> CheckpointFile<R> {
         if checksum(&self.header, &self.header.attributes(), &channels) != self.checksum {
             return Err(CheckpointError::Damaged("its checksum is another".to_owned()));
         }
-        let words = |name: String| {
-            let channel = channels.list.iter().find(|channel| channel.name.as_slice() == name.as_bytes());
-            match channel.map(|channel| &channel.sample_data) {
-                Some(FlatSamples::U32(words)) if words.len() == film.pixels() => Ok(words),
-                _ => Err(CheckpointError::Damaged(format!("channel {name} has no integers"))),
-            }
-        };
-        for sum in Sum::all(self.transparent) {
-            let (high, low) = (words(format!("{}.high", sum.name()))?, words(format!("{}.low", sum.name()))?);
-            for (pixel, (high, low)) in high.iter().zip(low).enumerate() {
-                let value = u64::from(*high) << 32 | u64::from(*low);
-                match (sum, coverage) {
-                    (Sum::Light(half, channel), _) => film.add_sum(half, pixel, channel, value),
-                    (Sum::Coverage(channel), Some(coverage)) => coverage.add_sum(pixel, channel, value),
-                    (Sum::Coverage(_), None) => {}
+        let mut samples = BTreeMap::new();
+        for channel in &channels.list {
+            match &channel.sample_data {
+                FlatSamples::U32(words) if words.len() == film.pixels() => {
+                    samples.insert(channel.name.to_string(), words);
                 }
+                _ => return Err(CheckpointError::Damaged(format!("channel {} has no integers", channel.name))),
+            }
+        }
+        for (name, sum) in sums.all() {
+            let [Some(high), Some(low)] = words(&name).map(|word| samples.get(&word)) else {
+                return Err(CheckpointError::Damaged(format!("there is no channel {name}")));
+            };
+            for (pixel, (high, low)) in high.iter().zip(low.iter()).enumerate() {
+                sums.add(sum, pixel, u64::from(*high) << 32 | u64::from(*low));
             }
         }
         film.add_errors(self.header.errors);

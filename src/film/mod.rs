@@ -19,7 +19,7 @@ use std::sync::atomic::{AtomicU64, Ordering::Relaxed};
 
 use self::plane::Plane;
 pub use self::{
-    checkpoint::{CheckpointError, CheckpointFile, CheckpointHeader, encode_checkpoint},
+    checkpoint::{CheckpointError, CheckpointFile, CheckpointHeader, Contents, Sums, encode_checkpoint},
     coverage::Coverage,
     crop::Crop,
     exr::{Header, encode_exr},

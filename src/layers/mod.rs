@@ -274,5 +274,9 @@ fn by_strategy(integrator: &Integrator) -> Group {
 
 /// A name as programs take it for a part of a channel's: what is neither a letter, a digit, '-' nor '_' becomes '_'.
 fn channel_name(name: &str) -> String {
-    name.chars().map(|c| if c.is_ascii_alphanumeric() || c == '-' || c == '_' { c } else { '_' }).collect()
+    let plain = |c: char| if c.is_ascii_alphanumeric() || c == '-' || c == '_' { c } else { '_' };
+    name.chars().take(LONGEST_NAME).map(plain).collect()
 }
+
+/// Letters in the name of a layer: of a channel's, OpenEXR takes 255 with all that stands before and after.
+pub const LONGEST_NAME: usize = 128;

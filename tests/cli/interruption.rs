@@ -47,9 +47,10 @@ fn number_before(text: &str, after: &str) -> u32 {
 
 #[test]
 fn one_signal_ends_with_an_image_a_checkpoint_and_the_command_that_goes_on() {
-    for (name, exit) in [("INT", 130), ("TERM", 143)] {
+    for (name, exit, layers) in [("INT", 130, &[][..]), ("TERM", 143, &["--layers", "classes"])] {
         let run = Run::new();
-        let child = endless(&run, &["-i", "path", "-o", "a.exr"]);
+        let own = [&["-i", "path"], layers].concat();
+        let child = endless(&run, &[&own[..], &["-o", "a.exr"]].concat());
         signal(child.id(), name);
         let output: Output = child.wait_with_output().unwrap();
         let said = stderr(&output);
@@ -58,13 +59,13 @@ fn one_signal_ends_with_an_image_a_checkpoint_and_the_command_that_goes_on() {
         assert!(last.starts_with("interrupted; to go on: ") && last.ends_with(" --resume started.exr"), "{said}");
         let spp = number_before(said.lines().rev().nth(2).unwrap(), " spp in ");
         let (spp, more) = (spp.to_string(), (spp + 3).to_string());
-        let same = run.image("b.exr", &["-i", "path", "--spp", &spp]);
+        let same = run.image("b.exr", &[&own[..], &["--spp", &spp]].concat());
         assert!(same == fs::read(run.path("a.exr")).unwrap(), "the image of {spp} whole passes");
         // The command that was said goes on, here to a nearer end.
         let command = last.split_once("go on: ").unwrap().1.replace(ENDLESS, &more);
         let again = Command::new("sh").args(["-c", &command]).current_dir(run.folder.path()).output().unwrap();
         assert_eq!(code(&again), 0, "{command}: {}", stderr(&again));
-        let same = run.image("b.exr", &["-i", "path", "--spp", &more]);
+        let same = run.image("b.exr", &[&own[..], &["--spp", &more]].concat());
         assert!(same == fs::read(run.path("a.exr")).unwrap(), "the image of {more} passes");
     }
 }

@@ -67,19 +67,62 @@ fn a_bounce_alone_is_its_layer() {
     refused(&run.render(&["--min-depth", "5", "--max-depth", "4"]), 2, "raise --max-depth");
 }
 
+/// Layers are sums as the image is: stopped, resumed and put together, they are those of the single render.
+#[test]
+fn layers_are_resumed_and_merged_to_the_byte() {
+    let run = Run::new();
+    for (integrator, more) in
+        [("path", &[][..]), ("light", &["--filter", "blackman-harris"]), ("bdpt", &["--transparent"])]
+    {
+        let sets = if integrator == "path" { "lights,bounces" } else { "strategies,neumann,classes" };
+        let own = ["-i", integrator, "--max-depth", "5", "--layers", sets, "--layer", "even=C<D'red'>.*L"];
+        let common = [&own[..], more].concat();
+        let with = |name: &str, options: &[&str]| run.image(name, &[&common[..], options].concat());
+        let whole = with("whole.exr", &["--spp", "7"]);
+        with("first.exr", &["--spp", "3", "--checkpoint", "kept.exr"]);
+        let resumed = with("resumed.exr", &["--spp", "7", "--resume", "kept.exr", "--threads", "1"]);
+        assert!(resumed == whole, "{integrator} resumed");
+        let shards = ["1/3", "2/3", "3/3"].map(|shard| {
+            let name = shard.replace('/', "-of-") + ".exr";
+            with(&name, &["--spp", "7", "--shard", shard]);
+            name
+        });
+        let merge = ["merge", &shards[2], &shards[0], &shards[1], "-o", "merged.exr", "-o", "merged.png"];
+        let output = run.pathspace(&merge);
+        assert_eq!(code(&output), 0, "{}", stderr(&output));
+        assert!(std::fs::read(run.path("merged.exr")).unwrap() == whole, "{integrator} merged");
+        let output = run.pathspace(&["merge", &shards[0], "--partial", "-q", "-o", "part.exr"]);
+        assert_eq!(code(&output), 0, "{}", stderr(&output));
+        assert_eq!(channels(&std::fs::read(run.path("part.exr")).unwrap()).len(), channels(&whole).len());
+
+        let mut other = common.clone();
+        other[5] = "bounces";
+        let output = run.render(&[&other[..], &["--spp", "7", "-q", "--resume", "kept.exr", "-o", "no.exr"]].concat());
+        refused(&output, 3, "layers is ");
+        run.image(
+            "other.exr",
+            &[&["-i", integrator, "--max-depth", "5"], more, &["--spp", "7", "--shard", "2/3"]].concat(),
+        );
+        let output = run.pathspace(&["merge", &shards[0], "other.exr", "-q", "--partial", "-o", "no.exr"]);
+        refused(&output, 3, "layers is not given");
+        let output = run.pathspace(&["merge", &shards[0], "-q", "--partial", "-o", "no.exr", "--memory-limit", "100K"]);
+        refused(&output, 2, "--memory-limit");
+    }
+}
+
 #[test]
 fn what_cannot_be_a_layer_is_refused_in_a_sentence() {
     let run = Run::new();
+    let long = format!("{}=CL", "a".repeat(200));
     for (options, about) in [
         (&["--layer", "CDL"][..], "NAME=EXPR"),
         (&["--layer", "a b=CDL"], "'a b' is no name of a layer"),
+        (&["--layer", &long], "200 letters, and 128"),
         (&["--layer", "a=CDX"], "character 3 of 'CDX': 'X' is no event"),
         (&["--layer", "a=C<D'door'>L"], "no material of the scene is called 'door'"),
         (&["--layer", "a=CDL", "--layer", "a=CGL"], "two layers 'a'"),
         (&["--layers", "bounce"], "bounces"),
         (&["--layers", "bounces", "-o", "a.png"], "layers are channels of an .exr file"),
-        (&["--layers", "bounces", "--shard", "1/2"], "without layers"),
-        (&["--layers", "bounces", "--checkpoint", "c.exr"], "without layers"),
         (&["--layers", "strategies", "--max-depth", "200", "--memory-limit", "1MiB"], "--memory-limit"),
     ] {
         let output = run.render(&[&["--spp", "1", "-q"], options].concat());

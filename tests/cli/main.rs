@@ -3,6 +3,7 @@
 mod checkpoints;
 mod compare;
 mod environment;
+mod extreme;
 mod info;
 mod interruption;
 mod layers;

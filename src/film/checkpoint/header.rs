@@ -7,7 +7,7 @@ use ::exr::{
     prelude::Vec2,
 };
 
-use super::{CheckpointError, Sum};
+use super::CheckpointError;
 use crate::{
     film::{Crop, DepositErrors, exr::PREFIX},
     scene::camera::Sensor,
@@ -39,11 +39,6 @@ pub struct CheckpointHeader {
 }
 
 impl CheckpointHeader {
-    /// What the sums take in a file, and again while they are read or written, in bytes.
-    pub fn bytes(pixels: u64, transparent: bool) -> u64 {
-        Sum::all(transparent).len() as u64 * 8 * pixels
-    }
-
     /// All attributes but the checksum, in the order of their names.
     pub(super) fn attributes(&self) -> BTreeMap<String, String> {
         let Range { start, end } = self.passes;

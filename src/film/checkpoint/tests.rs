@@ -4,7 +4,7 @@ use glam::Vec2;
 
 use super::*;
 use crate::{
-    film::{DepositErrors, FixedPoint},
+    film::{Coverage, DepositErrors, Film, FixedPoint, Half, Image},
     math::Rgb,
     sampling::{Filter, Independent, Sampler, Stream},
     scene::camera::{Raster, Sensor},
@@ -13,20 +13,42 @@ use crate::{
 const CROP: Crop = Crop { x0: 2, y0: 1, x1: 9, y1: 6 };
 const SENSOR: Sensor = Sensor { width: 9, height: 7, padding: 0 };
 
-/// A film with samples of the passes, some of them faulty, and the coverage.
-fn rendered(passes: Range<u32>) -> (Film, Coverage) {
-    let film = Film::new(SENSOR, CROP, Filter::Box, FixedPoint::with_exponent(-40));
-    let coverage = Coverage::new(CROP, Filter::Box);
+/// What is in memory of a render.
+struct Rendered {
+    film: Film,
+    coverage: Coverage,
+    /// Two layers, in an order that is not that of their names.
+    layers: [(&'static str, Film); 2],
+}
+
+impl Rendered {
+    fn sums(&self) -> Sums<'_> {
+        let layers = self.layers.iter().map(|(name, film)| (*name, film)).collect();
+        Sums { film: &self.film, coverage: Some(&self.coverage), layers }
+    }
+
+    fn image(&self) -> Image {
+        self.film.image(2)
+    }
+}
+
+/// Samples of the passes, some of them faulty.
+fn rendered(passes: Range<u32>) -> Rendered {
+    let film = || Film::new(SENSOR, CROP, Filter::Box, FixedPoint::with_exponent(-40));
+    let layers = [("red", film()), ("Bounces.1", film())];
+    let Rendered { film, coverage, layers } =
+        Rendered { film: film(), coverage: Coverage::new(CROP, Filter::Box), layers };
     for pass in passes {
         for i in 0..200 {
             let mut sampler = Independent::new(3, i, pass, Stream::Camera);
             let place = Raster(sampler.next_2d() * Vec2::new(9.0, 7.0));
             let value = sampler.next_3d() * if i == 7 { -1.0 } else { 1e4 };
             film.deposit(place, value, Half::of_pass(pass));
+            layers[i as usize % 2].1.deposit(place, value, Half::of_pass(pass));
             coverage.deposit(place, 0.25);
         }
     }
-    (film, coverage)
+    Rendered { film, coverage, layers }
 }
 
 fn header(passes: Range<u32>) -> CheckpointHeader {
@@ -39,8 +61,7 @@ fn header(passes: Range<u32>) -> CheckpointHeader {
 }
 
 fn bytes(passes: Range<u32>) -> Vec<u8> {
-    let (film, coverage) = rendered(passes.clone());
-    encode_checkpoint(&film, Some(&coverage), &header(passes)).unwrap()
+    encode_checkpoint(&rendered(passes.clone()).sums(), &header(passes)).unwrap()
 }
 
 fn open(bytes: &[u8]) -> Result<CheckpointFile, CheckpointError> {
@@ -50,33 +71,54 @@ fn open(bytes: &[u8]) -> Result<CheckpointFile, CheckpointError> {
     CheckpointFile::open(&path)
 }
 
-/// What reading into an empty film and adding to it does.
-fn add(bytes: &[u8]) -> Result<Film, CheckpointError> {
-    let (film, coverage) = rendered(0..0);
-    open(bytes)?.add_to(&film, Some(&coverage))?;
-    Ok(film)
+/// What reading and adding to nothing does.
+fn add(bytes: &[u8]) -> Result<Rendered, CheckpointError> {
+    let empty = rendered(0..0);
+    open(bytes)?.add_to(&empty.sums())?;
+    Ok(empty)
 }
 
 #[test]
 fn parts_add_up_to_the_whole_to_the_bit() {
-    let (whole, covered) = rendered(0..9);
-    let (film, coverage) = rendered(0..0);
+    let (whole, parts) = (rendered(0..9), rendered(0..0));
     for part in [3..7, 0..3, 9..9, 7..9] {
         let file = open(&bytes(part.clone())).unwrap();
-        assert_eq!((file.header(), file.is_transparent()), (&header(part), true));
-        file.add_to(&film, Some(&coverage)).unwrap();
+        assert_eq!((file.header(), file.contents()), (&header(part), &whole.sums().contents()));
+        file.add_to(&parts.sums()).unwrap();
     }
-    let sums = |film: &Film, coverage: &Coverage| {
-        let all = Sum::all(true).into_iter();
-        all.flat_map(|sum| (0..film.pixels()).map(move |i| (sum, i)))
-            .map(|(sum, i)| sum.of(film, Some(coverage), i))
-            .collect::<Vec<_>>()
+    let all = |rendered: &Rendered| {
+        let sums = rendered.sums();
+        let pixels = 0..sums.film.pixels();
+        let all = sums.all().into_iter().flat_map(|(_, sum)| pixels.clone().map(move |i| (sum, i)));
+        all.map(|(sum, i)| sums.get(sum, i)).collect::<Vec<_>>()
     };
-    assert_eq!(sums(&whole, &covered), sums(&film, &coverage));
-    assert!(sums(&whole, &covered).iter().any(|sum| *sum > u64::from(u32::MAX)), "high words are needed");
-    assert_eq!(film.errors(), whole.errors());
+    assert_eq!(all(&whole), all(&parts));
+    assert!(all(&whole).iter().any(|sum| *sum > u64::from(u32::MAX)), "high words are needed");
+    let film = parts.film;
+    assert_eq!(film.errors(), whole.film.errors());
     assert_eq!(film.image(9).pixels.len(), 35);
     assert!(film.image(9).mean().min_element() > 1.0, "{}", Rgb::ONE);
+    let [red, other] = parts.layers.map(|(_, film)| film.image(9).mean());
+    assert!((red + other - film.image(9).mean()).abs().max_element() < 1e-3 && red != other);
+}
+
+#[test]
+fn a_layer_is_never_taken_for_another_sum() {
+    let film = || Film::new(SENSOR, CROP, Filter::Box, FixedPoint::with_exponent(-40));
+    for name in ["even", "coverage", "coverage.all", "layer.even", "a.even.R.low", "Z", "ä"] {
+        let (image, layer) = (film(), film());
+        layer.deposit(Raster(Vec2::splat(3.5)), Rgb::ONE, Half::Even);
+        let bytes = encode_checkpoint(&sums(&image, &[(name, &layer)]), &header(0..1)).unwrap();
+        let file = open(&bytes).unwrap();
+        assert_eq!(*file.contents(), Contents { transparent: false, layers: vec![name.to_owned()] });
+        let (other_image, other_layer) = (film(), film());
+        file.add_to(&sums(&other_image, &[(name, &other_layer)])).unwrap();
+        assert_eq!((other_image.image(1), other_layer.image(1)), (image.image(1), layer.image(1)), "{name}");
+    }
+}
+
+fn sums<'a>(film: &'a Film, layers: &[(&'a str, &'a Film)]) -> Sums<'a> {
+    Sums { film, coverage: None, layers: layers.to_vec() }
 }
 
 #[test]
@@ -87,10 +129,10 @@ fn sums_that_wrap_around_in_adding_are_counted() {
         film
     };
     let film = full();
-    let bytes = encode_checkpoint(&full(), None, &header(1..2)).unwrap();
+    let bytes = encode_checkpoint(&sums(&full(), &[]), &header(1..2)).unwrap();
     for wraps in [0, 0, 1] {
         let before = film.errors().overflow;
-        open(&bytes).map(|file| file.add_to(&film, None)).unwrap().unwrap();
+        open(&bytes).map(|file| file.add_to(&sums(&film, &[]))).unwrap().unwrap();
         assert_eq!(film.errors().overflow - before, wraps, "9 · 2⁵⁹ four times pass 2⁶⁴ once");
     }
 }
@@ -102,8 +144,9 @@ fn the_same_sums_are_the_same_file_of_integers() {
     let image = read().no_deep_data().largest_resolution_level().all_channels().first_valid_layer().all_attributes();
     let image = image.from_buffered(Cursor::new(&file)).unwrap();
     let names: Vec<_> = image.layer_data.channel_data.list.iter().map(|c| c.name.to_string()).collect();
-    assert_eq!(names.len(), 16);
+    assert_eq!(names.len(), 16 + 2 * 12);
     assert!(names.contains(&"even.R.high".to_owned()) && names.contains(&"coverage.hit.low".to_owned()));
+    assert!(names.contains(&"layer.Bounces.1.odd.B.low".to_owned()));
     assert!(image.layer_data.channel_data.list.iter().all(|c| matches!(c.sample_data, FlatSamples::U32(_))));
 }
 
@@ -112,15 +155,15 @@ fn damage_is_noticed_wherever_it_is() {
     let whole = bytes(0..2);
     assert!(add(&whole).is_ok());
     // Every byte of the header, and some of the sums. An attribute of another program's may change unnoticed; no sum may.
-    let header_end = whole.len() - 35 * 16 * 4;
+    let header_end = whole.len() - 35 * 40 * 4;
     let places = (0..header_end).chain((header_end..whole.len()).step_by(37));
-    let expected = add(&whole).unwrap().image(2);
+    let expected = add(&whole).unwrap().image();
     for place in places {
         let mut file = whole.clone();
         file[place] ^= 0x10;
         if let Ok(film) = std::panic::catch_unwind(|| open(&file).map(drop).and_then(|()| same_pixels(&file))).unwrap()
         {
-            assert_eq!(film.image(2), expected, "byte {place}");
+            assert_eq!(film.image(), expected, "byte {place}");
         }
     }
     for length in (0..whole.len()).step_by(101) {
@@ -129,13 +172,13 @@ fn damage_is_noticed_wherever_it_is() {
 }
 
 /// As [`add`], unless the file is of other pixels, which a caller refuses.
-fn same_pixels(bytes: &[u8]) -> Result<Film, CheckpointError> {
+fn same_pixels(bytes: &[u8]) -> Result<Rendered, CheckpointError> {
     let file = open(bytes)?;
-    if file.header().crop != CROP || !file.is_transparent() {
+    let empty = rendered(0..0);
+    if file.header().crop != CROP || *file.contents() != empty.sums().contents() {
         return Err(CheckpointError::Foreign("other pixels".to_owned()));
     }
-    let (film, coverage) = rendered(0..0);
-    file.add_to(&film, Some(&coverage)).map(|()| film)
+    file.add_to(&empty.sums()).map(|()| empty)
 }
 
 #[test]
@@ -144,7 +187,7 @@ fn other_files_are_said_to_be_what_they_are() {
     for other in [&b""[..], b"\x89PNG\r\n\x1a\n", b"v/1\x01 but no OpenEXR file"] {
         assert!(says(other).contains("no checkpoint or shard"), "{}", says(other));
     }
-    let image = rendered(0..1).0.image(1);
+    let image = rendered(0..1).film.image(1);
     let header = |attributes| Header { sensor: SENSOR, crop: CROP, attributes };
     let finished = vec![("spp".to_owned(), "1".to_owned())];
     let finished = crate::film::encode_exr(&image, None, &[], &header(finished)).unwrap();
