@@ -51,12 +51,12 @@ pub fn read_image(limits: &Limits, path: &Path) -> Result<Image, ImageError> {
     Ok(Image { width: width as u32, height: height as u32, pixels: picture.texels })
 }
 
-fn damaged(error: exr::error::Error) -> Refusal {
+fn damaged(error: &exr::error::Error) -> Refusal {
     Refusal::Damaged(format!("its OpenEXR image cannot be decoded ({error})"))
 }
 
 fn headers(bytes: &[u8]) -> Result<MetaData, Refusal> {
-    MetaData::read_from_buffered(Cursor::new(bytes), false).map_err(damaged)
+    MetaData::read_from_buffered(Cursor::new(bytes), false).map_err(|error| damaged(&error))
 }
 
 /// Refuses an image that is a part of a larger one.
@@ -97,7 +97,7 @@ pub(super) fn openexr(bytes: &[u8], limit: u64) -> Result<Picture, Refusal> {
         .first_valid_layer()
         .all_attributes()
         .from_buffered(Cursor::new(bytes))
-        .map_err(damaged)?;
+        .map_err(|error| damaged(&error))?;
     Ok(image.layer_data.channel_data.pixels)
 }
 
