@@ -18,7 +18,7 @@ use super::{
     values::{self, Bytes},
 };
 use crate::{
-    film::{CheckpointHeader, Contents, Coverage, Exposure, Film, Sums},
+    film::{CheckpointHeader, Contents, Coverage, Exposure, Film, Sums, encode_checkpoint},
     render::Statistics,
     scene::camera::Sensor,
 };
@@ -38,6 +38,10 @@ pub(super) struct MergeArgs {
     #[arg(long)]
     partial: bool,
 
+    /// Write exact sums, to be merged with others, instead of an image: a shard, of which the samples have to be one range
+    #[arg(long, conflicts_with_all = ["partial", "exposure"])]
+    as_shard: bool,
+
     /// Exposure of PNG images: radiances times 2^EV [default: automatic]
     #[arg(long, value_name = "EV", allow_negative_numbers = true, value_parser = values::finite)]
     exposure: Option<f32>,
@@ -55,22 +59,14 @@ pub(super) fn run(args: &MergeArgs) -> Result<(), Failure> {
     let terminal = Terminal::new(args.verbosity.verbosity());
     let outputs = Outputs::check(args.output.clone())?;
     let set = Set::of(&args.shards)?;
-    let (passes, missing) = (&set.passes, set.passes.missing(set.whole));
-    if missing.count() > 0 && !args.partial {
-        let (missing, whole) = (missing.to_string(), set.whole);
-        return Err(Failure::input(format!(
-            "of the samples 0 to {} there are none of the numbers {missing} in these files (--partial merges what is there)",
-            whole - 1
-        )));
-    }
-    if passes.count() == 0 {
-        return Err(Failure::input("there is no sample in any of these files, so there is no image"));
-    }
+    let passes = &set.passes;
+    let product = Product::of(args, &set, &outputs)?;
 
     let CheckpointHeader { sensor, crop, settings, .. } = &set.first;
     let contents = &set.contents;
-    // The sums, and those of a shard beside them.
-    check_memory(contents.bytes(crop.pixels()).saturating_mul(2), args.memory_limit, *crop)?;
+    // The sums, and those of a shard beside them, as integers and, where one is written, as a file.
+    let times = if matches!(product, Product::Shard(_)) { 3 } else { 2 };
+    check_memory(contents.bytes(crop.pixels()).saturating_mul(times), args.memory_limit, *crop)?;
     let foreign =
         || Failure::input(format!("cannot use '{}': its filter or quantum is unknown", args.shards[0].display()));
     let (filter, scale) = film_of(settings).ok_or_else(foreign)?;
@@ -90,18 +86,58 @@ pub(super) fn run(args: &MergeArgs) -> Result<(), Failure> {
     }
 
     render_passes::faults(&set.statistics, image.errors(), terminal);
-    if missing.count() > 0 {
-        let (there, whole) = (passes.count(), set.whole);
-        terminal.warn(format_args!("only {there} of {whole} samples per pixel are merged: {missing} are missing"));
-    }
     let noise = render_passes::noise(passes.noise(&image), passes.count());
     terminal.say(format_args!("{} spp from {} files, {noise}", passes.count(), args.shards.len()));
-    let exposure = args.exposure.map_or(Exposure::Auto, Exposure::Ev);
-    let header = header(sensor, settings, &image, passes);
-    let (layers, alpha) = (layers::images(&sums, passes.count()), coverage.as_ref().map(Coverage::alpha));
-    outputs.write(&image.image(passes.count()), alpha.as_deref(), &layers, &header, exposure, terminal)?;
+    match product {
+        Product::Shard(passes) => {
+            let counts = saved::counts(&set.statistics);
+            let header = CheckpointHeader { passes, errors: image.errors(), counts, ..set.first.clone() };
+            outputs.write_bytes(encode_checkpoint(&sums, &header))?;
+        }
+        Product::Image(missing) => {
+            if missing.count() > 0 {
+                let (there, whole) = (passes.count(), set.whole);
+                let only = format_args!("only {there} of {whole} samples per pixel are merged: {missing} are missing");
+                terminal.warn(only);
+            }
+            let exposure = args.exposure.map_or(Exposure::Auto, Exposure::Ev);
+            let header = header(sensor, settings, &image, passes);
+            let (layers, alpha) = (layers::images(&sums, passes.count()), coverage.as_ref().map(Coverage::alpha));
+            outputs.write(&image.image(passes.count()), alpha.as_deref(), &layers, &header, exposure, terminal)?;
+        }
+    }
     terminal.say(outputs.said());
     Ok(())
+}
+
+/// What is made of the sums.
+enum Product {
+    /// An image without these passes.
+    Image(Passes),
+    /// A file of the sums of these passes.
+    Shard(Range<u32>),
+}
+
+impl Product {
+    /// Refuses what cannot be made of the passes that are there.
+    fn of(args: &MergeArgs, set: &Set, outputs: &Outputs) -> Result<Self, Failure> {
+        let (passes, missing) = (&set.passes, set.passes.missing(set.whole));
+        if passes.count() == 0 {
+            return Err(Failure::input("there is no sample in any of these files, so there is nothing to merge"));
+        }
+        if args.as_shard {
+            outputs.refuse_png("a shard")?;
+            let ranges = || Failure::input(format!("the samples {passes} are not one range, and those of a shard are"));
+            return passes.range().map(Self::Shard).ok_or_else(ranges);
+        }
+        if missing.count() > 0 && !args.partial {
+            return Err(Failure::input(format!(
+                "of the samples 0 to {} there are none of the numbers {missing} in these files (--partial merges what is there)",
+                set.whole - 1
+            )));
+        }
+        Ok(Self::Image(missing))
+    }
 }
 
 /// What the headers of all files say together.

@@ -44,6 +44,14 @@ impl Passes {
         self.0.iter().map(|range| range.len() as u32).sum()
     }
 
+    /// All of them, if there are no gaps.
+    pub(super) fn range(&self) -> Option<Range<u32>> {
+        match &self.0[..] {
+            [only] => Some(only.clone()),
+            _ => None,
+        }
+    }
+
     /// Whether these are all passes from the first to the last, as those of a render that ended there.
     pub(super) fn is_from_start(&self) -> bool {
         matches!(&self.0[..], [] | [Range { start: 0, .. }])

@@ -30,9 +30,11 @@ impl Outputs {
         self.0.iter().map(|(path, _)| path)
     }
 
-    /// The first file of a format that holds no exact sums.
-    pub(super) fn png(&self) -> Option<&PathBuf> {
-        self.0.iter().find(|(_, format)| *format == Format::Png).map(|(path, _)| path)
+    /// Refuses files of a format that holds no exact sums, which `what` is.
+    pub(super) fn refuse_png(&self, what: &str) -> Result<(), Failure> {
+        let Some((png, _)) = self.0.iter().find(|(_, format)| *format == Format::Png) else { return Ok(()) };
+        let why = format!("{what} is exact sums for 'pathspace merge', which only an .exr file can hold");
+        Err(Failure::usage(format!("cannot write '{}': {why}", png.display())))
     }
 
     /// Whether a file can hold more than one image.

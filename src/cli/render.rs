@@ -201,9 +201,8 @@ fn only(args: &RenderArgs) -> Result<Option<(Strategy, Weighting)>, Failure> {
 fn outputs(args: &RenderArgs) -> Result<Outputs, Failure> {
     if !args.output.is_empty() {
         let outputs = Outputs::check(args.output.clone())?;
-        if let Some(png) = outputs.png().filter(|_| args.part.shard.is_some()) {
-            let what = "a shard is exact sums for 'pathspace merge', which only an .exr file can hold";
-            return Err(Failure::usage(format!("cannot write '{}': {what}", png.display())));
+        if args.part.shard.is_some() {
+            outputs.refuse_png("a shard")?;
         }
         return Ok(outputs);
     }

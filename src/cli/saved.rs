@@ -119,7 +119,7 @@ const VISIBILITY_RAYS: &str = "rays.visibility";
 const REJECTED: &str = "rejected";
 
 /// The statistics as text: integers, so that those of parts can be added as the parts can.
-fn counts(statistics: &Statistics) -> BTreeMap<String, String> {
+pub(super) fn counts(statistics: &Statistics) -> BTreeMap<String, String> {
     let technique = |technique: &Technique| match technique {
         Technique::Bidirectional(Strategy { s, t }) => format!("{s},{t}"),
         Technique::Area => "area".to_owned(),
@@ -157,6 +157,20 @@ pub(super) fn statistics(counts: &BTreeMap<String, String>) -> Option<Statistics
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn what_differs_is_said_with_what_matters_first() {
+        let sensor = Sensor { width: 4, height: 3, padding: 0 };
+        let text = |(name, value): &(&str, &str)| ((*name).to_owned(), (*value).to_owned());
+        let mut settings: BTreeMap<_, _> =
+            [("camera", "a"), ("scene", "1"), ("version", "0.1.0")].iter().map(text).collect();
+        let here = settings.clone();
+        settings.extend([("camera", "b"), ("version", "0.2.0")].iter().map(text));
+        let shape = |settings| Shape { sensor, crop: Crop::full(sensor), settings };
+        let said = shape(&settings).differs(&shape(&here)).unwrap();
+        assert_eq!(said, ("version is '0.2.0'".to_owned(), "version is '0.1.0'".to_owned()));
+        assert!(shape(&here).differs(&shape(&here)).is_none());
+    }
 
     #[test]
     fn statistics_come_back() {

@@ -146,6 +146,39 @@ fn a_part_is_merged_if_that_is_asked_for_and_says_so() {
     refused(&merge(&run, &empty[..1], &["-q", "--partial", "-o", "no.exr"]), 3, "no sample");
 }
 
+/// A thousand files are merged in groups, and the groups then.
+#[test]
+fn shards_of_shards_are_shards() {
+    let run = Run::new();
+    for (integrator, options) in
+        [("path", &[][..]), ("light", &[]), ("bdpt", &["--transparent", "--layers", "bounces"])]
+    {
+        let whole = run.image("single.exr", &[&["--spp", SPP, "-i", integrator], options].concat());
+        let halves = shards(&run, integrator, 2, options);
+        let expected = halves.iter().map(|name| fs::read(run.path(name)).unwrap()).collect::<Vec<_>>();
+        let quarters = shards(&run, integrator, 4, options);
+        for (half, name) in ["a.exr", "b.exr"].into_iter().enumerate() {
+            let mut pair = quarters[2 * half..2 * half + 2].to_vec();
+            pair.reverse();
+            let output = merge(&run, &pair, &["--as-shard", "-o", name]);
+            assert_eq!(code(&output), 0, "{}", stderr(&output));
+            assert!(
+                fs::read(run.path(name)).unwrap() == expected[half],
+                "{integrator}: it is the shard of its samples"
+            );
+        }
+        let output = run.pathspace(&["merge", "b.exr", "a.exr", "-o", "merged.exr"]);
+        assert_eq!(code(&output), 0, "{}", stderr(&output));
+        assert!(fs::read(run.path("merged.exr")).unwrap() == whole, "{integrator}");
+        let apart = [quarters[0].clone(), quarters[2].clone()];
+        let out = ["-q", "--as-shard", "-o", "no.exr"];
+        refused(&merge(&run, &apart, &out), 3, "the samples 0 to 1 and 4 to 5 are not one range");
+        refused(&merge(&run, &apart[..1], &["-q", "--as-shard", "-o", "no.png"]), 2, "a shard is exact sums");
+        refused(&merge(&run, &apart[..1], &[&out[..], &["--partial"]].concat()), 2, "--partial");
+        assert!(!run.files().iter().any(|name| name.starts_with("no.")));
+    }
+}
+
 #[test]
 fn a_shard_that_is_no_file_of_sums_is_refused() {
     let run = Run::new();
