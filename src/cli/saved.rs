@@ -105,9 +105,13 @@ impl<'a> Shape<'a> {
 
 /// A setting in words; a hash by its first digits.
 fn say(name: &str, value: Option<&String>) -> String {
+    // Both are from a file, which can say anything.
+    let name = name.escape_debug();
     match value {
         None => format!("{name} is not given"),
-        Some(value) if name == "scene" => format!("the scene has hash {:.12}", value.escape_debug().to_string()),
+        Some(value) if name.to_string() == "scene" => {
+            format!("the scene has hash {:.12}", value.escape_debug().to_string())
+        }
         Some(value) => format!("{name} is '{}'", value.escape_debug()),
     }
 }

@@ -120,6 +120,45 @@ fn collect(folder: &Path, files: &mut Vec<PathBuf>) {
     }
 }
 
+/// Every byte of a shard's header, changed; whatever it announces then. What is changed where nothing is checked does no harm.
+#[test]
+fn shards_that_are_wrong_are_merged_and_resumed_to_the_same_bytes_or_refused() {
+    let run = Run::new();
+    let own = ["--spp", "4", "-i", "path", "--layers", "bounces", "--max-depth", "3"];
+    let whole = run.image("whole.exr", &own);
+    run.image("1.exr", &[&own[..], &["--shard", "1/2"]].concat());
+    let other = run.image("2.exr", &[&own[..], &["--shard", "2/2"]].concat());
+    // Behind it are the sums of the image and three layers.
+    let header = other.len() - 16 * 12 * 4 * 48;
+    let scene = scene();
+    let resume = ["--width", "16", "--height", "12", "-q", "--shard", "1/2", "-o", "b.exr", "--resume", "bad.exr"];
+    let mut refusals = 0;
+    for (i, place) in (0..header).step_by(13).enumerate() {
+        let mut bytes = other.clone();
+        bytes[place] ^= [0x01, 0x80, 0xff][i % 3];
+        fs::write(run.path("bad.exr"), bytes).unwrap();
+        let merge = ["merge", "-q", "-o", "a.exr", "1.exr"];
+        let merged = limited(&run, &merge, Path::new("bad.exr"));
+        let resumed = limited(&run, &[&["render"], &own[..], &resume].concat(), &scene);
+        assert!(matches!(resumed.status.code(), Some(2 | 3)), "byte {place}: the samples 2 to 3 are those of 2/2");
+        for output in [&merged, &resumed] {
+            let said = stderr(output);
+            match output.status.code() {
+                Some(0) => {
+                    assert!(said.is_empty() && fs::read(run.path("a.exr")).unwrap() == whole, "byte {place}: {said}");
+                }
+                Some(2 | 3) => {
+                    let one = said.starts_with("error: ") && said.trim_end().lines().count() == 1;
+                    assert!(one && !said.trim_end().contains(char::is_control), "byte {place}: {said:?}");
+                    refusals += 1;
+                }
+                other => panic!("byte {place} ends with {other:?}: {said}"),
+            }
+        }
+    }
+    assert!(refusals > 300, "{refusals}");
+}
+
 #[test]
 fn limits_are_where_they_are_set() {
     let run = Run::new();
