@@ -14,7 +14,7 @@ mod table;
 
 use std::{
     env,
-    path::{Path, PathBuf},
+    path::PathBuf,
     process::{Command, ExitCode, Stdio},
     time::Instant,
 };
@@ -30,7 +30,7 @@ fn in_ci(mistake: Mistake) -> bool {
         || matches!(mistake, Mistake::NoShadingFactor | Mistake::LightsTwice | Mistake::CropShiftsNumbers)
 }
 
-/// Of `pathspace verify`: several times what shows the mistakes of the table.
+/// In this time `pathspace verify` has to find what it suspects, and to confirm it.
 const VERIFY_TIME: &str = "20s";
 
 /// The executables of one build.
@@ -174,16 +174,18 @@ enum Outcome {
 
 /// Runs one test with a mistake, or without any.
 fn outcome(built: &Built, test: Test, mistake: Option<Mistake>) -> Result<Outcome, String> {
+    // What `verify` writes is of no interest.
+    let folder = tempfile::tempdir().map_err(|e| format!("there is no temporary folder: {e}"))?;
     let mut command = match test {
-        Test::Lib(filter) => with(&built.lib, &[filter]),
-        Test::Transport(filter) => with(&built.transport, &[filter]),
-        Test::Verify(scene) => with(&built.program, &["verify", scene, "--time", VERIFY_TIME, "--json"]),
+        Test::Lib(_) => Command::new(&built.lib),
+        Test::Transport(_) => Command::new(&built.transport),
+        Test::Verify(_) => Command::new(&built.program),
+    };
+    match test {
+        Test::Lib(filter) | Test::Transport(filter) => command.arg(filter),
+        Test::Verify(scene) => command.args(["verify", scene, "--time", VERIFY_TIME, "-o"]).arg(folder.path()),
     };
     command.current_dir(env!("CARGO_MANIFEST_DIR")).env_remove("PATHSPACE_MISTAKE");
-    let folder = tempfile::tempdir().map_err(|e| format!("there is no temporary folder: {e}"))?;
-    if let Test::Verify(_) = test {
-        command.arg("-o").arg(folder.path());
-    }
     if let Some(mistake) = mistake {
         command.env("PATHSPACE_MISTAKE", mistake.name());
     }
@@ -201,10 +203,4 @@ fn outcome(built: &Built, test: Test, mistake: Option<Mistake>) -> Result<Outcom
         return Err(format!("there is no test {}", test.name()));
     }
     Ok(if output.status.success() { Outcome::Green } else { Outcome::Red })
-}
-
-fn with(executable: &Path, arguments: &[&str]) -> Command {
-    let mut command = Command::new(executable);
-    command.args(arguments);
-    command
 }

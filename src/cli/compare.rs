@@ -7,13 +7,13 @@ use serde_json::{Map, Value, json};
 use super::{
     args::VerbosityArgs,
     exit::{Exit, Failure},
-    pictures::difference_in_colour,
+    pictures::{Outputs, difference_in_colour},
     terminal::{self, Terminal},
     values,
 };
 use crate::{
     compare::{Metric, brightness_difference, difference},
-    film::{Crop, Exposure, Format, Header, Image, check_writable, encode_exr, encode_png, write_atomically},
+    film::{Crop, Exposure, Format, Header, Image, encode_exr, encode_png},
     io::{Limits, read_image},
     math::luminance,
     scene::camera::Sensor,
@@ -91,10 +91,7 @@ impl<'a> Row<'a> {
 /// Says the errors of A against B, or of both against the reference.
 pub(super) fn run(args: &CompareArgs) -> Result<Exit, Failure> {
     let terminal = Terminal::new(args.verbosity.verbosity());
-    for path in &args.output {
-        Format::of(path).map_err(|error| Failure::usage(format!("cannot write '{}': {error}", path.display())))?;
-        check_writable(path).map_err(|error| Failure::output(error.to_string()))?;
-    }
+    let outputs = Outputs::check(args.output.clone())?;
     let a = read(&args.a)?;
     let b = read(&args.b)?;
     let same_size = |path: &Path, image: &Image| {
@@ -116,7 +113,7 @@ pub(super) fn run(args: &CompareArgs) -> Result<Exit, Failure> {
             vec![Row::new(&args.a, &a, &reference), Row::new(&args.b, &b, &reference)]
         }
     };
-    write(args, &a, &b)?;
+    write(&outputs, &a, &b)?;
 
     let above: Vec<_> = rows.iter().flat_map(|row| row.above(&args.fail_above)).collect();
     let exit = if above.is_empty() { Exit::Done } else { Exit::ComparisonFailed };
@@ -149,19 +146,14 @@ fn table(rows: &[Row<'_>]) -> Vec<String> {
 }
 
 /// Writes the difference to all outputs.
-fn write(args: &CompareArgs, a: &Image, b: &Image) -> Result<(), Failure> {
+fn write(outputs: &Outputs, a: &Image, b: &Image) -> Result<(), Failure> {
     let difference = difference(a, b);
     let sensor = Sensor { width: a.width, height: a.height, padding: 0 };
     let attributes = [("version", env!("CARGO_PKG_VERSION")), ("shows", "the first image minus the second")];
     let attributes = attributes.map(|(name, value)| (name.to_owned(), value.to_owned())).to_vec();
     let header = Header { sensor, crop: Crop::full(sensor), attributes };
-    for path in &args.output {
-        let bytes = match Format::of(path) {
-            Ok(Format::Exr) => encode_exr(&difference, None, &[], &header),
-            _ => encode_png(&difference_in_colour(&difference, luminance(b.mean())), None, Exposure::Ev(0.0)),
-        };
-        let refuse = |error| Failure::output(format!("cannot write '{}': {error}", path.display()));
-        write_atomically(path, &bytes.map_err(refuse)?).map_err(|error| Failure::output(error.to_string()))?;
-    }
-    Ok(())
+    outputs.write_each(|format| match format {
+        Format::Exr => encode_exr(&difference, None, &[], &header),
+        Format::Png => encode_png(&difference_in_colour(&difference, luminance(b.mean())), None, Exposure::Ev(0.0)),
+    })
 }

@@ -52,18 +52,13 @@ impl Outputs {
         exposure: Exposure,
         terminal: Terminal,
     ) -> Result<(), Failure> {
-        for (path, format) in &self.0 {
-            let bytes = match format {
-                Format::Exr => encode_exr(image, alpha, layers, header),
-                Format::Png => {
-                    terminal.detail(format_args!("exposure {:+.2} EV", exposure.ev(image)));
-                    encode_png(image, alpha, exposure)
-                }
-            };
-            let refuse = |error| Failure::output(format!("cannot write '{}': {error}", path.display()));
-            write_atomically(path, &bytes.map_err(refuse)?).map_err(|error| Failure::output(error.to_string()))?;
-        }
-        Ok(())
+        self.write_each(|format| match format {
+            Format::Exr => encode_exr(image, alpha, layers, header),
+            Format::Png => {
+                terminal.detail(format_args!("exposure {:+.2} EV", exposure.ev(image)));
+                encode_png(image, alpha, exposure)
+            }
+        })
     }
 
     /// Writes the same bytes to all of them, if they could be made.
@@ -71,6 +66,16 @@ impl Outputs {
         let bytes = bytes.map_err(|error| Failure::output(format!("cannot encode the file: {error}")))?;
         let write = |path| write_atomically(path, &bytes).map_err(|error| Failure::output(error.to_string()));
         self.paths().try_for_each(|path| write(path))
+    }
+
+    /// Writes to each what `encode` makes for its format.
+    pub(super) fn write_each(&self, encode: impl Fn(Format) -> io::Result<Vec<u8>>) -> Result<(), Failure> {
+        for (path, format) in &self.0 {
+            let refuse = |error| Failure::output(format!("cannot write '{}': {error}", path.display()));
+            let bytes = encode(*format).map_err(refuse)?;
+            write_atomically(path, &bytes).map_err(|error| Failure::output(error.to_string()))?;
+        }
+        Ok(())
     }
 
     /// The last line of a command that wrote them.

@@ -17,7 +17,8 @@ pub(super) struct Viewer {
     client: Option<TevClient>,
     /// What the viewer calls the image.
     name: String,
-    last: Option<Instant>,
+    /// When it was shown which number of passes.
+    last: Option<(Instant, u32)>,
 }
 
 impl Viewer {
@@ -43,21 +44,24 @@ impl Viewer {
 
     /// Shows the image after this pass, unless it was shown a moment ago.
     pub(super) fn after_pass(&mut self, renderer: &Renderer<'_>, terminal: Terminal) {
-        if self.client.is_some() && self.last.is_none_or(|last| last.elapsed() >= Self::WAIT) {
+        if self.client.is_some() && self.last.is_none_or(|(at, _)| at.elapsed() >= Self::WAIT) {
             self.show(renderer, terminal);
         }
     }
 
-    /// Shows the image as it is.
+    /// Shows the image as it is, if there is one that was not shown yet.
     pub(super) fn show(&mut self, renderer: &Renderer<'_>, terminal: Terminal) {
         let Some(client) = &mut self.client else { return };
-        let image = renderer.film().image(renderer.passes());
-        let first = self.last.is_none();
-        if let Err(error) = send(client, &self.name, &image, first) {
+        let passes = renderer.passes();
+        if passes == 0 || self.last.is_some_and(|(_, shown)| shown == passes) {
+            return;
+        }
+        let image = renderer.film().image(passes);
+        if let Err(error) = send(client, &self.name, &image, self.last.is_none()) {
             terminal.warn(format_args!("the viewer is gone ({error}); rendering without --display"));
             self.client = None;
         }
-        self.last = Some(Instant::now());
+        self.last = Some((Instant::now(), passes));
     }
 }
 

@@ -73,8 +73,9 @@ fn a_viewer_is_shown_the_image() {
     assert_eq!([created.u32(), created.u32(), created.u32()], [16, 12, 3]);
     assert_eq!([created.text(), created.text(), created.text()], ["R", "G", "B"]);
 
-    let mut shown = Vec::new();
+    let (mut shown, mut updates) = (Vec::new(), 0);
     while !rest.is_empty() {
+        updates += 1;
         let (mut update, next) = Packet::split(rest);
         rest = next;
         assert_eq!((update.byte(), update.byte(), update.text()), (UPDATE, 0, name.clone()));
@@ -88,6 +89,21 @@ fn a_viewer_is_shown_the_image() {
     }
     let image: Vec<_> = pixels(&file).pixels.iter().flat_map(|p| p.to_array()).collect();
     assert!(shown == image, "the last update is the file's image");
+
+    // One pass is one image, and a shard without samples is none.
+    let sent = |options: &[&str]| {
+        let (address, heard) = viewer();
+        run.image("a.exr", &[&["-q", "-i", "path", "--display", &address], options].concat());
+        heard.join().unwrap()
+    };
+    let one = sent(&["--spp", "1"]);
+    assert_eq!(one.len() - created_length(&one), (stream.len() - created_length(&stream)) / updates);
+    assert!(sent(&["--spp", "1", "--shard", "1/2"]).is_empty());
+}
+
+/// Bytes of the first packet.
+fn created_length(stream: &[u8]) -> usize {
+    u32::from_le_bytes(stream[..4].try_into().unwrap()) as usize
 }
 
 #[test]
