@@ -60,6 +60,7 @@ pub mod mistake;
 pub mod cli;
 pub mod compare;
 pub mod film;
+mod instructions;
 pub mod integrator;
 pub mod io;
 pub mod layers;

@@ -18,11 +18,12 @@ pub use self::statistics::{Rays, Statistics};
 
 use crate::{
     film::{Coverage, Crop, Film, FixedPoint, Half, Sums},
+    instructions::Instructions,
     integrator::{Integrator, IntegratorKind, Samplers, Scratch, Sink, Splats, Unit, Weighting},
     layers::Layers,
     math::Rgb,
     path::{Densities, JoinedPath, Roulette, Strategy, Technique},
-    sampling::{Filter, Independent, Sampler, SamplerKind, Sobol, Stream},
+    sampling::{Block, Filter, Independent, Sampler, SamplerKind, Sobol},
     scene::{
         Scene,
         bsdf::{Directions, Transport},
@@ -230,17 +231,19 @@ impl<'a> Renderer<'a> {
     }
 
     fn run_by<'s, S: Sampler, C: Collector + Send>(&'s self, new: impl Fn(&'s Self) -> C + Sync) -> Vec<C> {
-        let padded = PaddedImage(self.scene.camera.sensor());
-        let pass = self.passes.end;
-        padded
+        PaddedImage(self.scene.camera.sensor())
             .tiles()
             .into_par_iter()
             .map_init(
                 || self.integrator.scratch(),
                 |scratch, tile| {
                     let mut sink = TaskSink { renderer: self, rays: Rays::default(), collector: new(self) };
-                    let samples =
-                        padded.tile(tile).map(|pixel| self.sample::<S>(pixel, pass, scratch, &mut sink)).sum::<u64>();
+                    let samples = match Instructions::detect() {
+                        Instructions::Portable => self.tile::<S>(tile, scratch, &mut sink),
+                        // SAFETY: a value of `Avx2` exists only where the processor has it.
+                        #[cfg(target_arch = "x86_64")]
+                        Instructions::Avx2(_) => unsafe { self.tile_avx2::<S>(tile, scratch, &mut sink) },
+                    };
                     self.count(sink.rays);
                     self.samples.fetch_add(samples, Relaxed);
                     sink.collector
@@ -249,12 +252,30 @@ impl<'a> Renderer<'a> {
             .collect()
     }
 
+    /// [`Self::tile`] for AVX2: all of the core that is inlined here, and not only the walks through the tree.
+    #[cfg(target_arch = "x86_64")]
+    #[target_feature(enable = "avx2,bmi1,bmi2,lzcnt,popcnt")]
+    fn tile_avx2<S: Sampler>(&self, tile: u32, scratch: &mut Scratch, sink: &mut impl Sink) -> u64 {
+        self.tile::<S>(tile, scratch, sink)
+    }
+
+    /// One sample of each pixel of a tile, in the present pass. Returns the number of samples that this counts as.
+    #[inline(always)]
+    fn tile<S: Sampler>(&self, tile: u32, scratch: &mut Scratch, sink: &mut impl Sink) -> u64 {
+        let mut samples = 0;
+        for pixel in PaddedImage(self.scene.camera.sensor()).tile(tile) {
+            samples += self.sample::<S>(pixel, self.passes.end, scratch, sink);
+        }
+        samples
+    }
+
     /// One sample of one pixel of the padded image. Returns the number of samples that this counts as.
+    #[inline(always)]
     fn sample<S: Sampler>(&self, pixel: Pixel, pass: u32, scratch: &mut Scratch, sink: &mut impl Sink) -> u64 {
         let numbered = mistake!(pixel, CropShiftsNumbers => pixel.within(self.settings.crop));
         let seed = mistake!(self.settings.seed, ThreadInSeed => self.settings.seed + this_thread());
-        let sampler = |stream| S::new(seed, numbered.key(), pass, stream);
-        let mut camera = sampler(Stream::Camera);
+        let [mut camera, mut light, mut connection, mut lens] = S::streams(seed, numbered.key(), pass);
+        camera.start(Block::START);
         let place = Vec2::new(pixel.x as f32, pixel.y as f32) + camera.next_2d();
         let sensor = self.scene.camera.sensor();
         let unit = Unit {
@@ -267,9 +288,9 @@ impl<'a> Renderer<'a> {
         }
         let mut samplers = Samplers {
             camera: &mut camera,
-            light: &mut sampler(Stream::Light),
-            connection: &mut sampler(Stream::Connection),
-            lens: &mut sampler(Stream::Lens),
+            light: &mut light,
+            connection: &mut connection,
+            lens: &mut lens,
         };
         self.integrator.estimate(self.scene, unit, scratch, &mut samplers, sink);
         u64::from(unit.camera.is_some())

@@ -282,6 +282,7 @@ impl Integrator {
     ///
     /// A connection's ray is traced only where something can arrive, and before the path is weighed: V of the connecting edge
     /// is in the other strategies' densities, and what is blocked needs no weight.
+    #[inline(always)]
     pub fn estimate<S: Sampler>(
         &self,
         scene: &Scene,

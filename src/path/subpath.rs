@@ -127,6 +127,7 @@ impl Subpath {
 
     /// Walks from the lens through `raster`, to at most `vertices` vertices. Where a ray leaves the scene, an
     /// environment's point becomes the last vertex.
+    #[inline(always)]
     pub fn walk_from_camera(
         &mut self,
         scene: &Scene,
@@ -176,6 +177,7 @@ impl Subpath {
     }
 
     /// Walks from a light, to at most `vertices` vertices; empty if the scene has no light.
+    #[inline(always)]
     pub fn walk_from_light(&mut self, scene: &Scene, vertices: u32, roulette: Roulette, sampler: &mut impl Sampler) {
         self.steps.clear();
         self.next_event_ratio = 1.0;
@@ -207,6 +209,7 @@ impl Subpath {
     }
 
     /// Goes on from the last vertex: trace, arrive, scatter, play roulette, depart.
+    #[inline(always)]
     fn walk(
         &mut self,
         scene: &Scene,
@@ -240,8 +243,14 @@ impl Subpath {
         sampler: &mut impl Sampler,
     ) -> bool {
         let from = &self.steps[self.steps.len() - 1].vertex.point;
-        sampler.start(Block::passing(self.steps.len() as u32));
-        let stops = |alpha| sampler.next_1d() < alpha;
+        // Only surfaces with 0 < α < 1 take numbers.
+        let (passing, mut started) = (Block::passing(self.steps.len() as u32), false);
+        let stops = |alpha| {
+            if !std::mem::replace(&mut started, true) {
+                sampler.start(passing);
+            }
+            sampler.next_1d() < alpha
+        };
         let traced = scene.trace_ray(departure.origin, departure.direction, from.primitive, stops);
         let (point, left) = match traced.point {
             Some(point) => (point, false),

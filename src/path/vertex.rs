@@ -46,7 +46,7 @@ impl Vertex {
 
     /// Samples the direction across from the unit world direction `known`, the continuous part's by the rule `directions`;
     /// the result is in world space and holds f̂/α.
-    #[inline]
+    #[inline(always)]
     pub fn sample(&self, directions: Directions, known: Vec3, transport: Transport, u: Vec3) -> Option<BsdfSample> {
         let p = &self.point;
         if !p.sides_agree(known) {

@@ -6,8 +6,14 @@ use glam::{Vec2, Vec3};
 
 /// Numbers in [0, 1) for one sample of one pixel, taken dimension after dimension.
 pub trait Sampler: Clone {
-    /// The sequence of one sample of one pixel. `pixel` is any number that names the pixel of the full image.
+    /// The sequence of one sample of one pixel, before its first block. `pixel` is any number that names the pixel of the full image.
     fn new(seed: u64, pixel: u32, sample: u32, stream: Stream) -> Self;
+
+    /// The sequences of all streams, in their order.
+    #[inline(always)]
+    fn streams(seed: u64, pixel: u32, sample: u32) -> [Self; 4] {
+        Stream::ALL.map(|stream| Self::new(seed, pixel, sample, stream))
+    }
 
     /// Goes to the first dimension of `block`, whatever was taken before: so a vertex has the same dimensions in every sample,
     /// however many numbers the vertices before it took. Blocks are visited in any order, each once.
@@ -17,14 +23,14 @@ pub trait Sampler: Clone {
     fn next_1d(&mut self) -> f32;
 
     /// The next two dimensions.
-    #[inline]
+    #[inline(always)]
     fn next_2d(&mut self) -> Vec2 {
         let x = self.next_1d();
         Vec2::new(x, self.next_1d())
     }
 
     /// The next three dimensions.
-    #[inline]
+    #[inline(always)]
     fn next_3d(&mut self) -> Vec3 {
         self.next_2d().extend(self.next_1d())
     }
@@ -42,6 +48,11 @@ pub enum Stream {
     Connection,
     /// The points of the lens to which light subpaths are connected.
     Lens,
+}
+
+impl Stream {
+    /// All of them.
+    pub const ALL: [Self; 4] = [Self::Camera, Self::Light, Self::Connection, Self::Lens];
 }
 
 /// Four dimensions of a stream that are used together. A block may be left early; numbers beyond its fourth are as good

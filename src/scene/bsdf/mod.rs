@@ -206,6 +206,12 @@ impl Bsdf {
     /// With [`Lobe::Delta`] the two directions are taken to satisfy the delta (mirror direction, Snell's law).
     #[inline]
     pub fn eval(&self, lobe: Lobe, to_camera: Vec3, to_light: Vec3) -> Scatter {
+        // The common one in line, the others in a call.
+        if let Self::Diffuse(b) = self { b.eval(lobe, to_camera, to_light) } else { self.eval_more(lobe, to_camera, to_light) }
+    }
+
+    #[inline(never)]
+    fn eval_more(&self, lobe: Lobe, to_camera: Vec3, to_light: Vec3) -> Scatter {
         dispatch!(self, b => b.eval(lobe, to_camera, to_light))
     }
 
@@ -213,6 +219,11 @@ impl Bsdf {
     /// `None` where nothing is scattered or the sampled direction is invalid.
     #[inline]
     pub fn sample(&self, known: Vec3, transport: Transport, u: Vec3) -> Option<BsdfSample> {
+        if let Self::Diffuse(b) = self { b.sample(known, transport, u) } else { self.sample_more(known, transport, u) }
+    }
+
+    #[inline(never)]
+    fn sample_more(&self, known: Vec3, transport: Transport, u: Vec3) -> Option<BsdfSample> {
         dispatch!(self, b => b.sample(known, transport, u))
     }
 

@@ -7,8 +7,6 @@ use std::mem::MaybeUninit;
 
 use glam::{Vec2, Vec3};
 
-#[cfg(target_arch = "x86_64")]
-use super::simd::Avx2;
 use super::{
     Bounds,
     ray::{EightLines, Interval, Prepared},
@@ -16,6 +14,9 @@ use super::{
     sphere::Sphere,
     triangle::Triangle,
 };
+#[cfg(target_arch = "x86_64")]
+use crate::instructions::Avx2;
+use crate::instructions::Instructions;
 
 /// The most inner nodes on any way from the root to a leaf. The builder keeps to it, whatever the geometry, so a
 /// walk that puts at most seven siblings per level aside needs no larger stack.
@@ -261,14 +262,6 @@ impl Order for LargestFirst {
     const NEAREST_FIRST: bool = false;
 }
 
-/// The instructions that walks use.
-#[derive(Clone, Copy, Debug)]
-enum Instructions {
-    Portable,
-    #[cfg(target_arch = "x86_64")]
-    Avx2(Avx2),
-}
-
 /// A tree: inner nodes, the triangles of its leaves, and the other primitives of its leaves.
 #[derive(Clone, Debug)]
 pub(super) struct Tree {
@@ -282,10 +275,7 @@ pub(super) struct Tree {
 
 impl Tree {
     pub fn new(nodes: Vec<Node>, blocks: Vec<Block>, others: Vec<Primitive>, root: Option<Child>) -> Self {
-        #[cfg(target_arch = "x86_64")]
-        let instructions = Avx2::detect().map_or(Instructions::Portable, Instructions::Avx2);
-        #[cfg(not(target_arch = "x86_64"))]
-        let instructions = Instructions::Portable;
+        let instructions = Instructions::detect();
         Self { nodes, blocks, others, root, instructions }
     }
 

@@ -8,6 +8,9 @@ use std::arch::x86_64::{
     _mm256_movemask_ps, _mm256_mul_ps, _mm256_set1_ps, _mm256_store_ps, _mm256_sub_ps,
 };
 
+#[cfg(target_arch = "x86_64")]
+use crate::instructions::Avx2;
+
 /// Eight lanes, aligned for loads.
 #[derive(Clone, Copy, Debug)]
 #[repr(C, align(32))]
@@ -89,24 +92,6 @@ impl Simd for Portable {
     #[inline(always)]
     fn le(self, a: Lanes, b: Lanes) -> u32 {
         mask(a, b, |a, b| a <= b)
-    }
-}
-
-/// AVX2 and the bit counts of its time, on a processor that has them.
-#[cfg(target_arch = "x86_64")]
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Avx2(());
-
-#[cfg(target_arch = "x86_64")]
-impl Avx2 {
-    /// Asks the processor.
-    pub fn detect() -> Option<Self> {
-        // The instructions that count bits came with AVX2 or before; walks use them on masks.
-        let bits = std::arch::is_x86_feature_detected!("bmi1")
-            && std::arch::is_x86_feature_detected!("bmi2")
-            && std::arch::is_x86_feature_detected!("lzcnt")
-            && std::arch::is_x86_feature_detected!("popcnt");
-        (bits && std::arch::is_x86_feature_detected!("avx2")).then_some(Self(()))
     }
 }
 
