@@ -22,7 +22,7 @@ pub struct Frame {
 impl Frame {
     /// Builds a basis around the unit vector `n` without a branch on its direction
     /// (Duff et al. 2017, *Building an Orthonormal Basis, Revisited*).
-    #[inline]
+    #[inline(always)]
     pub fn around(n: Vec3) -> Self {
         let sign = 1.0_f32.copysign(n.z);
         let a = -1.0 / (sign + n.z);
@@ -35,13 +35,13 @@ impl Frame {
     }
 
     /// The components of the world vector `v` in this basis.
-    #[inline]
+    #[inline(always)]
     pub fn to_local(&self, v: Vec3) -> Vec3 {
         Vec3::new(self.s.dot(v), self.t.dot(v), self.n.dot(v))
     }
 
     /// The world vector with components `v` in this basis.
-    #[inline]
+    #[inline(always)]
     pub fn to_world(&self, v: Vec3) -> Vec3 {
         self.s * v.x + self.t * v.y + self.n * v.z
     }

@@ -286,12 +286,8 @@ impl<'a> Renderer<'a> {
             coverage.deposit(raster, self.covered(raster, camera.clone()));
             sink.shadow_ray();
         }
-        let mut samplers = Samplers {
-            camera: &mut camera,
-            light: &mut light,
-            connection: &mut connection,
-            lens: &mut lens,
-        };
+        let mut samplers =
+            Samplers { camera: &mut camera, light: &mut light, connection: &mut connection, lens: &mut lens };
         self.integrator.estimate(self.scene, unit, scratch, &mut samplers, sink);
         u64::from(unit.camera.is_some())
     }
@@ -445,7 +441,7 @@ struct ToFilm<'a, K> {
 }
 
 impl<K: Fn(&JoinedPath) -> bool> Collector for ToFilm<'_, K> {
-    #[inline]
+    #[inline(always)]
     fn collect(&mut self, path: &JoinedPath, value: Rgb) {
         if (self.keep)(path) {
             self.renderer.film.deposit(path.raster(), value, self.half);
@@ -464,7 +460,7 @@ struct TaskSink<'a, C> {
 }
 
 impl<C: Collector> Sink for TaskSink<'_, C> {
-    #[inline]
+    #[inline(always)]
     fn deposit(&mut self, path: &JoinedPath, value: Rgb) {
         let settings = self.renderer.settings;
         if path.edges() < settings.min_depth || (self.renderer.coverage.is_some() && path.shows_background()) {

@@ -17,6 +17,8 @@ mod png;
 
 use std::sync::atomic::{AtomicU64, Ordering::Relaxed};
 
+use glam::DVec3;
+
 use self::plane::Plane;
 pub use self::{
     checkpoint::{CheckpointError, CheckpointFile, CheckpointHeader, Contents, Sums, encode_checkpoint},
@@ -120,7 +122,7 @@ impl Film {
 
     /// Adds `value` h_j(`raster`) to every pixel j, rounding each product once. `value` is a contribution
     /// F/(n p) without its h_j; it is not divided by the number of passes.
-    #[inline]
+    #[inline(always)]
     pub fn deposit(&self, raster: Raster, value: Rgb, half: Half) {
         let quanta = value.as_dvec3() * self.scale.per_unit();
         if let Some(fault) = fault(raster, value, quanta.max_element()) {
@@ -136,8 +138,14 @@ impl Film {
                     self.count(Fault::Overflow, overflows);
                 }
             }
-            return;
+        } else {
+            self.spread(raster, quanta, half);
         }
+    }
+
+    /// Adds to every pixel that the filter's support reaches.
+    #[inline(never)]
+    fn spread(&self, raster: Raster, quanta: DVec3, half: Half) {
         // The support reaches as many pixels to either side as the padding has; what lies outside the crop belongs to
         // another part of the image.
         let place = raster.0;
@@ -254,7 +262,7 @@ fn reach(filter: Filter, x: f32, first: u32, end: u32) -> (std::ops::Range<u32>,
 }
 
 /// Why a deposit cannot be added, if so.
-#[inline]
+#[inline(always)]
 fn fault(raster: Raster, value: Rgb, largest: f64) -> Option<Fault> {
     if !value.is_finite() || !raster.0.is_finite() {
         Some(Fault::NonFinite)

@@ -74,7 +74,7 @@ impl<const CHANNELS: usize> Plane<CHANNELS> {
 
     /// Adds non-negative `quanta` below [`FixedPoint::LIMIT`], rounded to nearest. Returns how many channels
     /// wrapped around in doing so.
-    #[inline]
+    #[inline(always)]
     #[must_use]
     pub(super) fn add(&self, pixel: usize, quanta: [f64; CHANNELS]) -> u64 {
         let mut overflows = 0;

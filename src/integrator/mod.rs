@@ -324,7 +324,9 @@ impl Integrator {
         sink.walked(Transport::Radiance, camera.steps().len() - 1);
         for t in 2..=camera.steps().len() {
             let prefix = &camera.steps()[..t];
-            self.repeat(Strategy { s: 0, t: t as u32 }, sink, || JoinedPath::hit(scene, prefix, raster));
+            for _ in 0..self.evaluated.multiplicity(Strategy { s: 0, t: t as u32 }) {
+                self.consider(JoinedPath::hit(scene, prefix, raster), sink);
+            }
             let z = &prefix[t - 1].vertex.point;
             if !z.bsdf.has_continuous() {
                 continue;
@@ -339,18 +341,10 @@ impl Integrator {
                 }
             }
             for s in 2..=light.steps().len() {
-                self.repeat(Strategy { s: s as u32, t: t as u32 }, sink, || {
-                    JoinedPath::inner(scene, prefix, light, s, raster)
-                });
+                for _ in 0..self.evaluated.multiplicity(Strategy { s: s as u32, t: t as u32 }) {
+                    self.consider(JoinedPath::inner(scene, prefix, light, s, raster), sink);
+                }
             }
-        }
-    }
-
-    /// Considers what `find` finds, as often as the table says.
-    #[inline]
-    fn repeat<'a>(&self, strategy: Strategy, sink: &mut impl Sink, find: impl Fn() -> Option<JoinedPath<'a>>) {
-        for _ in 0..self.evaluated.multiplicity(strategy) {
-            self.consider(find(), sink);
         }
     }
 

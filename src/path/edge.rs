@@ -35,7 +35,7 @@ pub struct Edge {
 
 impl Edge {
     /// The edge between two points, at most one of them infinite (and the other then perhaps on a film), with V = 1.
-    #[inline]
+    #[inline(always)]
     pub fn between(a: &Point, b: &Point) -> Self {
         let (direction, distance_squared) = match (a.place, b.place) {
             (Place::Film, _) => (a.normal, 1.0),
@@ -60,7 +60,7 @@ impl Edge {
     }
 
     /// The same edge from b to a.
-    #[inline]
+    #[inline(always)]
     pub fn reversed(&self) -> Self {
         Self {
             direction: -self.direction,
@@ -73,13 +73,13 @@ impl Edge {
     }
 
     /// G(a↔b)/V(a↔b) = |cos θ_a| |cos θ_b| / |a − b|², 1/m² (lecture, *The rendering equation: area form*).
-    #[inline]
+    #[inline(always)]
     pub fn geometry_factor(&self) -> f32 {
         self.cos_a * self.cos_b / self.distance_squared
     }
 }
 
-#[inline]
+#[inline(always)]
 fn cos_at(p: &Point, w: Vec3) -> f32 {
     match p.place {
         Place::Surface => p.normal.dot(w).abs(),
@@ -90,7 +90,7 @@ fn cos_at(p: &Point, w: Vec3) -> f32 {
 impl PdfSolidAngle {
     /// The area density with which a walk that samples a direction at a arrives at the edge's far end b:
     /// p_ω V α_b |cos θ_b| / |a − b|² (lecture, dω = cos θ/r² dA; it passes what lies between, and stops at b).
-    #[inline]
+    #[inline(always)]
     pub fn to_area(self, edge: &Edge) -> PdfArea {
         let reached = mistake!(edge.visibility * edge.alpha_b, NoCoverageInArea => 1.0);
         let cos_b = mistake!(edge.cos_b, NoCosineInArea => 1.0);

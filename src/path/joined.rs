@@ -60,7 +60,7 @@ pub struct JoinedPath<'a> {
 
 impl<'a> JoinedPath<'a> {
     /// s = 0: the camera subpath's last vertex lies on a light. `None` if it emits nothing towards its predecessor.
-    #[inline]
+    #[inline(always)]
     pub fn hit(scene: &'a Scene, camera: &'a [Step], raster: Raster) -> Option<Self> {
         let [.., before, end] = camera else { return None };
         let p = &end.vertex.point;
@@ -134,7 +134,7 @@ impl<'a> JoinedPath<'a> {
 
     /// (s,t): the vertices from the light and from the camera. Area sampling's count as the camera's; see
     /// [`JoinedPath::technique`].
-    #[inline]
+    #[inline(always)]
     pub fn strategy(&self) -> Strategy {
         Strategy { s: self.light.len() as u32, t: self.camera.len() as u32 }
     }
@@ -147,7 +147,7 @@ impl<'a> JoinedPath<'a> {
 
     /// F/p without h_j, over roulette's survival probability: one sample's unweighted estimate. With V = 1 on the connecting
     /// edge before [`JoinedPath::seen`]: what the path could contribute at most.
-    #[inline]
+    #[inline(always)]
     pub fn contribution(&self) -> Rgb {
         let light = self.light.last().map_or(Rgb::ONE, |y| y.beta);
         self.camera[self.camera.len() - 1].beta * self.joint.value * light * self.joint.visibility
@@ -177,7 +177,7 @@ impl<'a> JoinedPath<'a> {
     }
 
     /// The path as if V(p_{t−1}↔p_t) were `visibility`.
-    #[inline]
+    #[inline(always)]
     fn seen_through(mut self, visibility: f32) -> Self {
         if visibility != 1.0 {
             let joint = &mut self.joint;
@@ -267,13 +267,13 @@ impl<'a> JoinedPath<'a> {
         }
     }
 
-    #[inline]
+    #[inline(always)]
     fn is_at_joint(&self, i: u32) -> bool {
         let t = self.camera.len() as u32;
         !self.light.is_empty() && (i + 1 == t || i == t)
     }
 
-    #[inline]
+    #[inline(always)]
     fn step(&self, i: u32) -> &'a Step {
         let t = self.camera.len();
         let i = i as usize;
@@ -282,12 +282,12 @@ impl<'a> JoinedPath<'a> {
 }
 
 impl Densities for JoinedPath<'_> {
-    #[inline]
+    #[inline(always)]
     fn edges(&self) -> u32 {
         self.strategy().edges()
     }
 
-    #[inline]
+    #[inline(always)]
     fn camera_density(&self, i: u32) -> PdfArea {
         let t = self.camera.len() as u32;
         if i < t {
@@ -299,7 +299,7 @@ impl Densities for JoinedPath<'_> {
         }
     }
 
-    #[inline]
+    #[inline(always)]
     fn light_density(&self, i: u32) -> PdfArea {
         let t = self.camera.len() as u32;
         if i >= t {
@@ -311,22 +311,22 @@ impl Densities for JoinedPath<'_> {
         }
     }
 
-    #[inline]
+    #[inline(always)]
     fn next_event_ratio(&self) -> f32 {
         self.joint.next_event_ratio
     }
 
-    #[inline]
+    #[inline(always)]
     fn is_delta(&self, i: u32) -> bool {
         0 < i && i < self.edges() && !self.is_at_joint(i) && self.step(i).vertex.is_delta()
     }
 
-    #[inline]
+    #[inline(always)]
     fn light_is_hittable(&self) -> bool {
         self.step(self.edges()).vertex.point.light.is_some_and(|id| self.scene.lights().is_hittable(id))
     }
 
-    #[inline]
+    #[inline(always)]
     fn ends_are_directions(&self) -> bool {
         let place = |i: u32| self.step(i).vertex.point.place;
         place(0) == Place::Film && place(self.edges()) == Place::Infinite
@@ -335,20 +335,20 @@ impl Densities for JoinedPath<'_> {
 
 impl JoinedPath<'_> {
     /// `pdf_fwd` of a light vertex, except that a next-event vertex stands in the arrays with its emission density.
-    #[inline]
+    #[inline(always)]
     fn emission_density(&self, i: u32) -> PdfArea {
         let pdf = self.step(i).pdf_fwd;
         if self.light.len() == 1 && self.camera.len() >= 2 { PdfArea(pdf.0 / self.joint.next_event_ratio) } else { pdf }
     }
 }
 
-#[inline]
+#[inline(always)]
 fn camera_face(z: &Step, to_light: Vec3) -> Face {
     let scatter = scatter(&z.vertex.point, Lobe::Continuous, z.back.direction, to_light);
     Face { value: scatter.f, across: scatter.to_light, back: scatter.to_camera.to_area(&z.back) }
 }
 
-#[inline]
+#[inline(always)]
 fn light_face(scene: &Scene, light: &[Step], to_camera: Vec3) -> Face {
     let y = &light[light.len() - 1];
     if light.len() == 1 {

@@ -65,6 +65,33 @@ fn effective_count(path: &impl Densities, strategy: Strategy, techniques: &Techn
 /// Returns a number in [0, 1]; the weights of all supported strategies sum to 1.
 #[inline(always)]
 pub fn mis_weight(path: &impl Densities, strategy: Strategy, techniques: &Techniques, heuristic: Heuristic) -> f32 {
+    let others = |lower: fn(f32) -> f32, higher: fn(f32) -> f32| others(path, strategy, techniques, lower, higher);
+    match heuristic {
+        Heuristic::Balance => {
+            let (lower_s, higher_s) = others(|r| r, |r| r);
+            1.0 / (1.0 + lower_s + higher_s)
+        }
+        Heuristic::Power => {
+            let (lower_s, higher_s) = others(|r| r * r, |r| mistake!(r * r, HeuristicHalfSquared => r));
+            1.0 / (1.0 + lower_s + higher_s)
+        }
+        Heuristic::FirstSupported => {
+            let (_, higher_s) = others(|r| r, |r| r);
+            if higher_s > 0.0 { 0.0 } else { 1.0 }
+        }
+    }
+}
+
+/// Σ over the other strategies that could have found the path of a function of n p_{s',t'} / n p_{s,t}: over those with fewer light
+/// vertices, and over those with more.
+#[inline(always)]
+fn others(
+    path: &impl Densities,
+    strategy: Strategy,
+    techniques: &Techniques,
+    lower: fn(f32) -> f32,
+    higher: fn(f32) -> f32,
+) -> (f32, f32) {
     let n = path.edges();
     debug_assert_eq!(n, strategy.edges());
     let count = |t: u32| effective_count(path, Strategy { s: n + 1 - t, t }, techniques);
@@ -72,32 +99,26 @@ pub fn mis_weight(path: &impl Densities, strategy: Strategy, techniques: &Techni
     // A ratio may overflow, and ∞·0 would be no number where the other strategy has no sample at all.
     let share = |ratio: f32, count: f32| mistake!(ratio * count / own, NoCountsInWeights => ratio);
     let term = |ratio: f32, count: f32| if count == 0.0 { 0.0 } else { share(ratio, count) };
-
     let range = techniques.range(n);
-    // Towards the light: p_i moves from the light's part to the camera's, s falls.
-    let lower_s = (strategy.t..*range.end()).scan(1.0_f32, |ratio, i| {
-        *ratio *= path.camera_density(i).0 / path.light_density(i).0;
-        (*ratio > 0.0).then(|| term(*ratio, count(i + 1)))
-    });
-    // Towards the camera: p_i moves from the camera's part to the light's, s grows.
-    let higher_s = (*range.start()..strategy.t).rev().scan(1.0_f32, |ratio, i| {
-        *ratio *= path.light_density(i).0 / path.camera_density(i).0;
-        (*ratio > 0.0).then(|| term(*ratio, count(i)))
-    });
-    match heuristic {
-        Heuristic::Balance => 1.0 / (1.0 + lower_s.sum::<f32>() + higher_s.sum::<f32>()),
-        Heuristic::Power => {
-            let higher_s = higher_s.map(|r| mistake!(r * r, HeuristicHalfSquared => r));
-            1.0 / (1.0 + lower_s.map(|r| r * r).sum::<f32>() + higher_s.sum::<f32>())
+    let (mut lower_s, mut ratio) = (0.0, 1.0);
+    for i in strategy.t..*range.end() {
+        // p_i moves from the light's part to the camera's, s falls.
+        ratio *= path.camera_density(i).0 / path.light_density(i).0;
+        if ratio.is_nan() || ratio <= 0.0 {
+            break;
         }
-        Heuristic::FirstSupported => {
-            if higher_s.into_iter().any(|r| r > 0.0) {
-                0.0
-            } else {
-                1.0
-            }
-        }
+        lower_s += lower(term(ratio, count(i + 1)));
     }
+    let (mut higher_s, mut ratio) = (0.0, 1.0);
+    for i in (*range.start()..strategy.t).rev() {
+        // p_i moves from the camera's part to the light's, s grows.
+        ratio *= path.light_density(i).0 / path.camera_density(i).0;
+        if ratio.is_nan() || ratio <= 0.0 {
+            break;
+        }
+        higher_s += higher(term(ratio, count(i)));
+    }
+    (lower_s, higher_s)
 }
 
 /// Whether some strategy of the table could have found the path: its count is positive, and so is every density in its product.

@@ -7,7 +7,7 @@ use crate::{
     math::Rgb,
     sampling::{Block, PdfArea, PdfSolidAngle, Sampler},
     scene::{
-        Scene,
+        Scene, Traced,
         bsdf::{Directions, Transport},
         camera::{Raster, Seen},
         point::{Place, Point},
@@ -52,6 +52,7 @@ pub struct Step {
 
 impl Step {
     /// The first vertex of a subpath, or any that was drawn on its own.
+    #[inline(always)]
     pub(super) fn first(point: Point, pdf: PdfArea) -> Self {
         Self {
             vertex: Vertex::new(point),
@@ -72,7 +73,7 @@ impl Step {
     }
 
     /// A light vertex p_n sampled by next-event estimation with density `pdf`.
-    #[inline]
+    #[inline(always)]
     pub fn next_event(point: Point, pdf: PdfArea) -> Self {
         Self::first(point, pdf)
     }
@@ -161,7 +162,7 @@ impl Subpath {
     ///
     /// Each connection has a p_0 of its own: for an orthographic camera it follows from `seen`, and on a lens independent
     /// points keep the vertices of one light subpath from being blurred to the same side.
-    #[inline]
+    #[inline(always)]
     pub fn put_lens_towards(&mut self, scene: &Scene, seen: &Point, sampler: &mut impl Sampler) -> bool {
         let camera = &scene.camera;
         let u = if camera.has_aperture() { sampler.next_2d() } else { Vec2::ZERO };
@@ -170,7 +171,7 @@ impl Subpath {
         true
     }
 
-    #[inline]
+    #[inline(always)]
     fn put_lens(&mut self, scene: &Scene, lens: Point) {
         self.steps.clear();
         self.steps.push(Step::first(lens, scene.camera.pdf_lens()));
@@ -251,15 +252,25 @@ impl Subpath {
             }
             sampler.next_1d() < alpha
         };
-        let traced = scene.trace_ray(departure.origin, departure.direction, from.primitive, stops);
-        let (point, left) = match traced.point {
-            Some(point) => (point, false),
-            None => match scene.lights().environment_at(departure.direction) {
-                Some(point) if transport == Transport::Radiance => (point, true),
-                _ => return false,
-            },
-        };
-        let edge = Edge { visibility: traced.visibility, ..Edge::between(from, &point) };
+        let Traced { ray, hit, visibility } =
+            scene.trace_ray(departure.origin, departure.direction, from.primitive, stops);
+        if let Some(hit) = hit {
+            self.add(scene, departure, scene.point_at(&ray, &hit), visibility, transport);
+            return true;
+        }
+        if transport == Transport::Radiance
+            && let Some(sky) = scene.lights().environment_at(departure.direction)
+        {
+            self.add(scene, departure, sky, visibility, transport);
+        }
+        false
+    }
+
+    /// Adds the vertex at `point`.
+    #[inline(always)]
+    fn add(&mut self, scene: &Scene, departure: &Departure, point: Point, visibility: f32, transport: Transport) {
+        let from = &self.steps[self.steps.len() - 1].vertex.point;
+        let edge = Edge { visibility, ..Edge::between(from, &point) };
         let beta = departure.beta * transmittance(scene, from, &edge, &point, transport);
         self.steps.push(Step {
             vertex: Vertex::new(point),
@@ -269,7 +280,6 @@ impl Subpath {
             pdf_rev: PdfArea::ZERO,
             survival: departure.survival,
         });
-        !left
     }
 
     /// Samples how the walk leaves its last vertex, and fills in what that decides: the vertex's lobe and its
@@ -314,7 +324,7 @@ impl Subpath {
 
 /// exp(−σ_a d) along the edge from `a` to `b`: the part of the light that the volume they lie in lets pass.
 /// Of two boundary ends the one nearer the camera is asked first, whichever way the edge was found.
-#[inline]
+#[inline(always)]
 pub(super) fn transmittance(scene: &Scene, a: &Point, ab: &Edge, b: &Point, walked: Transport) -> Rgb {
     let absorption = match walked {
         Transport::Radiance => scene.absorption(a, ab.direction, b),

@@ -23,7 +23,7 @@ pub struct Vertex {
 
 impl Vertex {
     /// A vertex at an end of a path or with the continuous lobe.
-    #[inline]
+    #[inline(always)]
     pub fn new(point: Point) -> Self {
         Self { point, lobe: Lobe::Continuous }
     }
@@ -83,7 +83,7 @@ impl Vertex {
 }
 
 /// [`Vertex::scatter`] of a vertex at `p` that uses `lobe`, which a connection asks of many without making them.
-#[inline]
+#[inline(always)]
 pub(super) fn scatter(p: &Point, lobe: Lobe, to_camera: Vec3, to_light: Vec3) -> Scatter {
     if !(p.sides_agree(to_camera) && p.sides_agree(to_light)) {
         return Scatter::ZERO;
@@ -93,7 +93,7 @@ pub(super) fn scatter(p: &Point, lobe: Lobe, to_camera: Vec3, to_light: Vec3) ->
     Scatter { f: scatter.f * shading_factor(p, to_light), ..scatter }
 }
 
-#[inline]
+#[inline(always)]
 fn shading_factor(p: &Point, to_light: Vec3) -> f32 {
     // Flat surfaces are the common case, and there the factor is exactly 1.
     if p.normal == p.shading_normal { 1.0 } else { (p.shading_normal.dot(to_light) / p.normal.dot(to_light)).abs() }

@@ -7,7 +7,7 @@ use glam::{Vec2, Vec3};
 use super::PdfSolidAngle;
 
 /// A point of the unit disk, uniform in area, by the concentric map (Shirley & Chiu 1997). Density 1/π.
-#[inline]
+#[inline(always)]
 pub fn disk(u: Vec2) -> Vec2 {
     let v = 2.0 * u - Vec2::ONE;
     if v == Vec2::ZERO {
@@ -19,20 +19,20 @@ pub fn disk(u: Vec2) -> Vec2 {
 }
 
 /// A unit vector around +z with density cos θ/π ([`cosine_hemisphere_pdf`]).
-#[inline]
+#[inline(always)]
 pub fn cosine_hemisphere(u: Vec2) -> Vec3 {
     let d = disk(u);
     d.extend((1.0 - d.length_squared()).max(0.0).sqrt())
 }
 
 /// Density of [`cosine_hemisphere`] for a direction with |cos θ| = `cos`.
-#[inline]
+#[inline(always)]
 pub fn cosine_hemisphere_pdf(cos: f32) -> PdfSolidAngle {
     PdfSolidAngle(cos * mistake!(FRAC_1_PI, NoPiInCosine => 1.0))
 }
 
 /// A unit vector, uniform on the sphere. Density 1/(4π).
-#[inline]
+#[inline(always)]
 pub fn sphere(u: Vec2) -> Vec3 {
     let z = 1.0 - 2.0 * u.x;
     let r = (1.0 - z * z).max(0.0).sqrt();
@@ -42,7 +42,7 @@ pub fn sphere(u: Vec2) -> Vec3 {
 
 /// Barycentric coordinates (of the second and third corner), uniform in the triangle's area
 /// (Heitz 2019, *A Low-Distortion Map Between Triangle and Square*).
-#[inline]
+#[inline(always)]
 pub fn triangle(u: Vec2) -> Vec2 {
     let mut b = u;
     if b.y > b.x {

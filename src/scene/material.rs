@@ -324,7 +324,7 @@ impl Material {
     }
 
     /// α in [0, 1] at a place, which is asked for only if something of the material may be missing there.
-    #[inline]
+    #[inline(always)]
     pub fn alpha<'a>(&self, at: impl FnOnce() -> Interpolation<'a>) -> f32 {
         match (self.coverage, &self.maps) {
             (Coverage::Opaque, _) => 1.0,

@@ -47,8 +47,10 @@ pub struct Scene {
 /// What a ray finds; see [`Scene::trace_ray`].
 #[derive(Clone, Copy, Debug)]
 pub struct Traced {
-    /// Where it stops; `None` if it leaves the scene.
-    pub point: Option<Point>,
+    /// The ray.
+    pub ray: Ray,
+    /// Where it stops, for [`Scene::point_at`]; `None` if it leaves the scene.
+    pub hit: Option<Hit>,
     /// V of the way there: the product of 1 − α over the surfaces that it passes.
     pub visibility: f32,
 }
@@ -90,7 +92,8 @@ impl Scene {
     /// tr(p, ω) of the lecture.
     #[inline]
     pub fn trace(&self, from: &Point, w: Vec3) -> Option<Point> {
-        self.trace_ray(from.ray_origin(w), w, from.primitive, |_| true).point
+        let traced = self.trace_ray(from.ray_origin(w), w, from.primitive, |_| true);
+        traced.hit.map(|hit| self.point_at(&traced.ray, &hit))
     }
 
     /// The surface point where a ray in the unit direction `w` from `origin` stops, other than on the flat primitive `skip`.
@@ -102,19 +105,20 @@ impl Scene {
         let ray = Ray { origin, direction: w, t_max: f32::INFINITY };
         let mut visibility = 1.0;
         let mut next = self.geometry.closest(&ray, skip);
-        while let Some(hit) = next {
+        while let Some(hit) = next.filter(|_| self.see_through) {
             let alpha = self.alpha(&hit);
             if alpha == 1.0 || (alpha > 0.0 && stops(alpha)) {
-                return Traced { point: Some(self.point_at(&ray, &hit)), visibility };
+                break;
             }
             visibility *= 1.0 - alpha;
             next = self.geometry.closest_after(&ray, skip, &hit);
         }
-        Traced { point: None, visibility }
+        Traced { ray, hit: next, visibility }
     }
 
+    /// The point of the surface where `ray` hit.
     #[inline(always)]
-    fn point_at(&self, ray: &Ray, hit: &Hit) -> Point {
+    pub fn point_at(&self, ray: &Ray, hit: &Hit) -> Point {
         let surface = self.geometry.surface(ray, hit);
         let light = self.light_of.get(hit.primitive);
         Point::on_surface(&self.geometry, &self.materials, hit.primitive, &surface, light)
@@ -131,7 +135,7 @@ impl Scene {
     /// opaque. At most one of the points is infinite.
     ///
     /// Where surfaces coincide, the one on which an end lies and the others do not count: the segment starts off all of them.
-    #[inline]
+    #[inline(always)]
     pub fn visible(&self, a: &Point, b: &Point) -> f32 {
         let (a, b) = if a.place == Place::Infinite { (b, a) } else { (a, b) };
         let ray = if b.place == Place::Infinite {
@@ -153,7 +157,7 @@ impl Scene {
     }
 
     /// L_e at `point` in the unit direction `w` away from it; see [`Lights::le`].
-    #[inline]
+    #[inline(always)]
     pub fn le(&self, point: &Point, w: Vec3) -> Rgb {
         self.lights.le(point, w)
     }
@@ -171,7 +175,7 @@ impl Scene {
     }
 
     /// [`Lights::sample_emission`] for this scene.
-    #[inline]
+    #[inline(always)]
     pub fn sample_emission(&self, choose: f32, position: Vec2, direction: Vec2) -> Option<light::Emission> {
         self.lights.sample_emission(&self.geometry, &self.materials, choose, position, direction)
     }
@@ -198,7 +202,7 @@ impl Scene {
     /// A segment lies inside a volume if either end is a boundary seen from behind; the first end is asked first. Closed
     /// boundaries that do not overlap give the same answer at both ends. There is no stack of nested volumes. A surface that the
     /// segment passes because of its coverage is not there, and bounds nothing: the ends alone decide.
-    #[inline]
+    #[inline(always)]
     pub fn absorption(&self, a: &Point, ab: Vec3, b: &Point) -> Rgb {
         if !self.absorbs {
             return Rgb::ZERO;
@@ -233,8 +237,8 @@ impl Scene {
             let raster = Raster(cell * size);
             let lens = self.camera.sample_lens(raster, Vec2::splat(0.5));
             let w = self.camera.direction(&lens, raster);
-            let seen = self.trace_ray(lens.ray_origin(w), w, lens.primitive, |alpha| alpha >= 0.5).point;
-            seen.is_some_and(|p| p.bsdf.delta_count() > 0)
+            let seen = self.trace_ray(lens.ray_origin(w), w, lens.primitive, |alpha| alpha >= 0.5);
+            seen.hit.is_some_and(|hit| self.point_at(&seen.ray, &hit).bsdf.delta_count() > 0)
         });
         specular.count() as f32 / (SIDE * SIDE) as f32
     }

@@ -102,6 +102,7 @@ impl Point {
     }
 
     /// A black point without surface at `position`.
+    #[inline(always)]
     pub fn nowhere(position: Vec3) -> Self {
         Self {
             position,
@@ -120,7 +121,7 @@ impl Point {
     }
 
     /// Where a ray in direction `w` (of any length) has to start so as not to meet the surface it leaves.
-    #[inline]
+    #[inline(always)]
     pub fn ray_origin(&self, w: Vec3) -> Vec3 {
         if self.primitive == PrimitiveId::NONE {
             self.position
@@ -130,7 +131,7 @@ impl Point {
     }
 
     /// Whether N_s and N_g agree on which side the direction `w` lies. Where they do not, f̂ = 0: the one place that says so.
-    #[inline]
+    #[inline(always)]
     pub fn sides_agree(&self, w: Vec3) -> bool {
         self.normal.dot(w) * self.shading_normal.dot(w) > 0.0
     }

@@ -16,7 +16,7 @@ pub struct Diffuse {
 
 impl Diffuse {
     /// See [`super::Bsdf::eval`].
-    #[inline]
+    #[inline(always)]
     pub fn eval(&self, lobe: Lobe, to_camera: Vec3, to_light: Vec3) -> Scatter {
         if lobe != Lobe::Continuous || to_camera.z * to_light.z <= 0.0 {
             return Scatter::ZERO;
@@ -29,7 +29,7 @@ impl Diffuse {
     }
 
     /// See [`super::Bsdf::sample`].
-    #[inline]
+    #[inline(always)]
     pub fn sample(&self, known: Vec3, transport: Transport, u: Vec3) -> Option<BsdfSample> {
         let direction = cosine_on_side(known, u.truncate());
         let (to_camera, to_light) = transport.sides(known, direction);
@@ -38,25 +38,25 @@ impl Diffuse {
     }
 
     /// See [`super::Bsdf::has_continuous`]: false for a black surface, which no connection needs to try.
-    #[inline]
+    #[inline(always)]
     pub fn has_continuous(&self) -> bool {
         self.albedo != Rgb::ZERO
     }
 
     /// See [`super::Bsdf::delta_count`].
-    #[inline]
+    #[inline(always)]
     pub fn delta_count(&self) -> u8 {
         0
     }
 
     /// See [`super::Bsdf::continuous_probability`].
-    #[inline]
+    #[inline(always)]
     pub fn continuous_probability(&self, _known: Vec3) -> f32 {
         1.0
     }
 
     /// See [`super::Bsdf::event`].
-    #[inline]
+    #[inline(always)]
     pub fn continuous_event(&self, _to_camera: Vec3, _to_light: Vec3) -> ScatterEvent {
         ScatterEvent::Diffuse
     }

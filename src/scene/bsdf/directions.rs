@@ -47,7 +47,7 @@ impl Bsdf {
     }
 
     /// [`Bsdf::sample`] by the rule `directions`.
-    #[inline]
+    #[inline(always)]
     pub fn sample_by(&self, directions: Directions, known: Vec3, transport: Transport, u: Vec3) -> Option<BsdfSample> {
         match directions {
             Directions::Bsdf => self.sample(known, transport, u),
@@ -55,6 +55,7 @@ impl Bsdf {
         }
     }
 
+    #[inline(never)]
     fn sample_uniform(&self, known: Vec3, transport: Transport, u: Vec3) -> Option<BsdfSample> {
         if known.z.abs() < GRAZING {
             return None;

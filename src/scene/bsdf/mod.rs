@@ -152,7 +152,7 @@ pub struct BsdfSample {
 
 impl BsdfSample {
     /// The sample, unless no light passes or the direction has no density (rounding at the edge of a lobe).
-    #[inline]
+    #[inline(always)]
     fn checked(direction: Vec3, lobe: Lobe, scatter: Scatter, transport: Transport) -> Option<Self> {
         let valid = scatter.f != Rgb::ZERO && scatter.forward_reverse(transport).0 > PdfSolidAngle::ZERO;
         valid.then_some(Self { direction, lobe, scatter })
@@ -170,7 +170,7 @@ fn mirrored(w: Vec3) -> Vec3 {
 }
 
 /// A cosine-distributed direction on the side of `known`.
-#[inline]
+#[inline(always)]
 fn cosine_on_side(known: Vec3, u: Vec2) -> Vec3 {
     let up = warp::cosine_hemisphere(u);
     Vec3::new(up.x, up.y, up.z.copysign(known.z))
@@ -204,10 +204,14 @@ impl Bsdf {
     /// f and both densities of one lobe, for the directions towards the camera and towards the light.
     ///
     /// With [`Lobe::Delta`] the two directions are taken to satisfy the delta (mirror direction, Snell's law).
-    #[inline]
+    #[inline(always)]
     pub fn eval(&self, lobe: Lobe, to_camera: Vec3, to_light: Vec3) -> Scatter {
         // The common one in line, the others in a call.
-        if let Self::Diffuse(b) = self { b.eval(lobe, to_camera, to_light) } else { self.eval_more(lobe, to_camera, to_light) }
+        if let Self::Diffuse(b) = self {
+            b.eval(lobe, to_camera, to_light)
+        } else {
+            self.eval_more(lobe, to_camera, to_light)
+        }
     }
 
     #[inline(never)]
@@ -217,7 +221,7 @@ impl Bsdf {
 
     /// Samples the direction across from `known`, with one number for the lobe (`u.z`) and two for the direction.
     /// `None` where nothing is scattered or the sampled direction is invalid.
-    #[inline]
+    #[inline(always)]
     pub fn sample(&self, known: Vec3, transport: Transport, u: Vec3) -> Option<BsdfSample> {
         if let Self::Diffuse(b) = self { b.sample(known, transport, u) } else { self.sample_more(known, transport, u) }
     }
@@ -228,7 +232,7 @@ impl Bsdf {
     }
 
     /// Whether there is a continuous part that a connection could use.
-    #[inline]
+    #[inline(always)]
     pub fn has_continuous(&self) -> bool {
         dispatch!(self, b => b.has_continuous())
     }
@@ -265,7 +269,7 @@ impl Bsdf {
     }
 
     /// η_light / η_camera: 1 unless the directions lie on the two sides of a refracting boundary.
-    #[inline]
+    #[inline(always)]
     pub fn relative_ior(&self, to_camera: Vec3, to_light: Vec3) -> f32 {
         match self {
             Self::Dielectric(d) => d.relative_ior(to_camera, to_light),

@@ -125,18 +125,19 @@ impl Camera {
 
     /// The middle of the lens (or of the orthographic film) as a point of the scene: its normal is the viewing direction,
     /// its place the lens plane.
+    #[inline(always)]
     pub fn lens_point(&self) -> Point {
         self.lens_at(self.position)
     }
 
     /// Whether p_0 varies for a given raster position, so that choosing it takes two random numbers.
-    #[inline]
+    #[inline(always)]
     pub fn has_aperture(&self) -> bool {
         matches!(self.projection, Projection::ThinLens { .. })
     }
 
     /// p_0 of a camera subpath through `raster`, with the density [`Camera::pdf_lens`]. `u` chooses the point of the lens.
-    #[inline]
+    #[inline(always)]
     pub fn sample_lens(&self, raster: Raster, u: Vec2) -> Point {
         match self.projection {
             Projection::Pinhole => self.lens_point(),
@@ -151,7 +152,7 @@ impl Camera {
     /// p_0 from which `seen` is to be seen, with the density [`Camera::pdf_lens`]: what a path from the light side is connected
     /// to. An orthographic camera sees each point from one place alone, and nothing behind its film or at infinity (`None`:
     /// there, a path from the light arrives with the one right direction with probability zero).
-    #[inline]
+    #[inline(always)]
     pub fn sample_lens_towards(&self, seen: &Point, u: Vec2) -> Option<Point> {
         match self.projection {
             Projection::Pinhole => Some(self.lens_point()),
@@ -169,6 +170,7 @@ impl Camera {
         self.lens_at(self.position + self.right * q.x + self.up * q.y)
     }
 
+    #[inline(always)]
     fn lens_at(&self, position: Vec3) -> Point {
         Point {
             normal: self.forward,
@@ -182,7 +184,7 @@ impl Camera {
     }
 
     /// The density of p_0: 1/A_lens; 1 as the coefficient of a pinhole's δ(p_0) or of an orthographic camera's δ(ω).
-    #[inline]
+    #[inline(always)]
     pub fn pdf_lens(&self) -> PdfArea {
         match self.projection {
             Projection::Pinhole | Projection::Orthographic => PdfArea(1.0),
@@ -191,7 +193,7 @@ impl Camera {
     }
 
     /// The unit direction in which `raster` is seen from `lens`, a p_0 of this camera.
-    #[inline]
+    #[inline(always)]
     pub fn direction(&self, lens: &Point, raster: Raster) -> Vec3 {
         let film = self.film(raster);
         let film = match self.projection {
@@ -205,7 +207,7 @@ impl Camera {
 
     /// Where the padded image shows what `lens`, a p_0 of this camera, sees in the unit direction `w`, with W_e and the density of a
     /// walk that goes there; `None` outside it.
-    #[inline]
+    #[inline(always)]
     pub fn look(&self, lens: &Point, w: Vec3) -> Option<Seen> {
         let cos = w.dot(self.forward);
         if cos <= 0.0 {
@@ -235,31 +237,31 @@ impl Camera {
     }
 
     /// [`Seen::raster`] alone.
-    #[inline]
+    #[inline(always)]
     pub fn raster(&self, lens: &Point, w: Vec3) -> Option<Raster> {
         self.look(lens, w).map(|seen| seen.raster)
     }
 
     /// [`Seen::we`] alone; zero outside the padded image.
-    #[inline]
+    #[inline(always)]
     pub fn we(&self, lens: &Point, w: Vec3) -> f32 {
         self.look(lens, w).map_or(0.0, |seen| seen.we)
     }
 
     /// [`Seen::pdf`] alone; zero outside the padded image.
-    #[inline]
+    #[inline(always)]
     pub fn pdf(&self, lens: &Point, w: Vec3) -> PdfSolidAngle {
         self.look(lens, w).map_or(PdfSolidAngle::ZERO, |seen| seen.pdf)
     }
 
     /// `raster` on the film, from its middle: x to the right, y downwards.
-    #[inline]
+    #[inline(always)]
     fn film(&self, raster: Raster) -> Vec2 {
         (raster.0 - 0.5 * self.sensor.size()) * self.pixel
     }
 
     /// Where on the lens (or on the orthographic film) p_0 lies, as [`Camera::film`] has it. Metres.
-    #[inline]
+    #[inline(always)]
     fn offset(&self, lens: &Point) -> Vec2 {
         let d = lens.position - self.position;
         Vec2::new(d.dot(self.right), -d.dot(self.up))

@@ -124,6 +124,7 @@ impl Mesh {
     ///
     /// # Panics
     /// With 2³² or more.
+    #[inline]
     pub fn len(&self) -> u32 {
         u32::try_from(self.triangles.len()).expect("fewer than 2³² triangles")
     }
@@ -142,12 +143,13 @@ impl Mesh {
         Triangle::new(self.triangles[index as usize].corners.map(|i| self.positions[i as usize]))
     }
 
+    #[inline]
     pub(super) fn material(&self, index: u32) -> MaterialId {
         self.triangles[index as usize].material
     }
 
     /// The normals of the triangle's corners; `None` where it is flat.
-    #[inline]
+    #[inline(always)]
     pub(super) fn corner_normals(&self, index: u32) -> Option<[Vec3; 3]> {
         let triangle = &self.triangles[index as usize];
         match triangle.shading {
@@ -184,7 +186,7 @@ impl Mesh {
 }
 
 /// N_s from the normals of a triangle's corners, on the side of N_g; N_g where there are none, or they have no direction.
-#[inline]
+#[inline(always)]
 pub(super) fn shading_normal(corners: Option<[Vec3; 3]>, b: Vec2, normal: Vec3) -> Vec3 {
     let Some([p, q, r]) = corners else { return normal };
     let interpolated = p * (1.0 - b.x - b.y) + q * b.x + r * b.y;

@@ -342,6 +342,7 @@ impl Geometry {
     }
 
     /// The material of a primitive.
+    #[inline(always)]
     pub fn material(&self, primitive: PrimitiveId) -> MaterialId {
         match (primitive.instance(), self.sphere(primitive)) {
             (Some(number), _) => self.instance(number).1.material(primitive.index),
@@ -363,11 +364,13 @@ impl Geometry {
     }
 
     /// Whether the primitive is an analytic sphere.
+    #[inline(always)]
     pub fn is_sphere(&self, primitive: PrimitiveId) -> bool {
         self.sphere(primitive).is_some()
     }
 
     /// A point of the primitive, uniform in area (density 1/area).
+    #[inline(always)]
     pub fn sample(&self, primitive: PrimitiveId, u: Vec2) -> Surface {
         match self.sphere(primitive) {
             None => self.triangle_surface(primitive, warp::triangle(u)),
@@ -421,6 +424,7 @@ impl Geometry {
         assert!(self.tree.is_none(), "primitives come before build()");
     }
 
+    #[inline]
     fn tree(&self) -> Option<&Tree> {
         assert!(self.tree.is_some() || self.is_empty(), "build() comes before rays");
         self.tree.as_ref()
@@ -435,12 +439,13 @@ impl Geometry {
     }
 
     /// The sphere that the primitive is, unless it is a triangle.
-    #[inline]
+    #[inline(always)]
     fn sphere(&self, primitive: PrimitiveId) -> Option<&(Sphere, MaterialId)> {
         let index = primitive.index_in(PrimitiveId::WORLD).checked_sub(self.world.len())?;
         self.spheres.get(index as usize)
     }
 
+    #[inline]
     fn instance(&self, number: u32) -> (&Instance, &Mesh) {
         let instance = &self.instances[number as usize];
         (instance, &self.meshes[instance.mesh as usize].mesh)

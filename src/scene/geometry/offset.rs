@@ -9,7 +9,7 @@ use glam::Vec3;
 /// `error`·(|nₓ| + |n_y| + |n_z|); the origin goes that far along the normal, and then a float further in each
 /// coordinate, since the addition rounds too (Pharr, Jakob & Humphreys, *Physically Based Rendering*, 6.8.6). A ray
 /// from there does not meet the surface it leaves, at any scale. Offset both ends of a connection.
-#[inline]
+#[inline(always)]
 pub fn offset_origin(position: Vec3, normal: Vec3, error: f32, direction: Vec3) -> Vec3 {
     let distance = mistake!(error * normal.abs().element_sum(), ConstantOffset => 1e-4);
     let offset = normal * distance.copysign(normal.dot(direction));

@@ -16,6 +16,7 @@ impl Geometry {
     ///
     /// # Panics
     /// If there are primitives, but [`Self::build`] has not been called.
+    #[inline(always)]
     pub fn closest(&self, ray: &Ray, skip: PrimitiveId) -> Option<Hit> {
         self.first(ray, skip, |_| true)
     }
@@ -25,11 +26,12 @@ impl Geometry {
     ///
     /// # Panics
     /// If there are primitives, but [`Self::build`] has not been called.
+    #[inline(never)]
     pub fn closest_after(&self, ray: &Ray, skip: PrimitiveId, hit: &Hit) -> Option<Hit> {
         self.first(ray, skip, |h| h.order() > hit.order())
     }
 
-    #[inline]
+    #[inline(always)]
     fn first(&self, ray: &Ray, skip: PrimitiveId, wanted: impl Fn(&Hit) -> bool) -> Option<Hit> {
         let mut best: Option<Hit> = None;
         self.candidates::<NearestFirst, 1>(ray, [skip], |hit, limit| {
@@ -47,6 +49,7 @@ impl Geometry {
     ///
     /// # Panics
     /// If there are primitives, but [`Self::build`] has not been called.
+    #[inline(always)]
     pub fn occluded(&self, ray: &Ray, skip: [PrimitiveId; 2]) -> bool {
         self.crossings(ray, skip, |_| ControlFlow::Break(())).is_break()
     }
@@ -56,7 +59,7 @@ impl Geometry {
     ///
     /// # Panics
     /// If there are primitives, but [`Self::build`] has not been called.
-    #[inline]
+    #[inline(always)]
     pub fn crossings(
         &self,
         ray: &Ray,
@@ -75,7 +78,7 @@ impl Geometry {
 
     /// Calls `accept` for what the ray may meet up to the limit, which starts as the ray's end; `accept` gets a hit and
     /// the limit, and returns the new limit.
-    #[inline]
+    #[inline(always)]
     fn candidates<O: Order, const N: usize>(
         &self,
         ray: &Ray,

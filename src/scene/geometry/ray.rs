@@ -21,7 +21,7 @@ impl Ray {
     /// It starts at the point with the smaller coordinates. The difference of the points rounds as the larger coordinates do, so
     /// it misses the other end by no more than that end's own error allows, and a small thing lit from far away does not
     /// shadow itself.
-    #[inline]
+    #[inline(always)]
     pub fn between(a: Vec3, b: Vec3) -> Self {
         let (from, to) = if b.abs().max_element() < a.abs().max_element() { (b, a) } else { (a, b) };
         Self { origin: from, direction: to - from, t_max: 1.0 }
@@ -104,6 +104,7 @@ impl<F: Copy> EightLines<F> {
 }
 
 impl Prepared {
+    #[inline(always)]
     pub fn new(ray: &Ray) -> Self {
         let d = ray.direction;
         let axes = match d.abs().max_position() {

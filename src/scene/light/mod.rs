@@ -149,7 +149,7 @@ impl Lights {
     }
 
     /// The light `id`.
-    #[inline]
+    #[inline(always)]
     pub fn get(&self, id: LightId) -> &Light {
         &self.lights[id.0 as usize]
     }
@@ -201,7 +201,7 @@ impl Lights {
 
     /// L_e/α at `point` in the unit direction `w` away from it: radiance of an area light or environment,
     /// intensity of a point light or a spot, irradiance of a sun. Zero where nothing emits.
-    #[inline]
+    #[inline(always)]
     pub fn le(&self, point: &Point, w: Vec3) -> Rgb {
         let Some(id) = point.light else { return Rgb::ZERO };
         match self.get(id) {
@@ -218,13 +218,13 @@ impl Lights {
     }
 
     /// Whether a ray can meet the light at all; points, spots and suns are met with probability zero, and never seen.
-    #[inline]
+    #[inline(always)]
     pub fn is_hittable(&self, id: LightId) -> bool {
         self.get(id).has_extent()
     }
 
     /// The point at infinity that a ray in the unit direction `w` reaches, if there is an environment.
-    #[inline]
+    #[inline(always)]
     pub fn environment_at(&self, w: Vec3) -> Option<Point> {
         self.environment.map(|id| at_infinity(w, id))
     }
@@ -248,13 +248,13 @@ impl Lights {
 
     /// The density of [`Lights::sample_next_event`] for the light point `point`, given p_{n-1} = `from`.
     /// The choice of the light does not depend on `from` yet; whoever makes it do so changes this and the sampling alone.
-    #[inline]
+    #[inline(always)]
     pub fn pdf_next_event(&self, point: &Point, _from: &Point) -> PdfArea {
         self.pdf_position(point)
     }
 
     /// The density with which emission starts at `point`, light choice included.
-    #[inline]
+    #[inline(always)]
     pub fn pdf_position(&self, point: &Point) -> PdfArea {
         let Some(id) = point.light else { return PdfArea::ZERO };
         let choice = mistake!(self.choice.probability(id.0 as usize), NoLightChoice => 1.0);
@@ -268,7 +268,7 @@ impl Lights {
     }
 
     /// The density with which emission from `point` takes the unit direction `w`, given `point`.
-    #[inline]
+    #[inline(always)]
     pub fn pdf_direction(&self, point: &Point, w: Vec3) -> PdfSolidAngle {
         let Some(id) = point.light else { return PdfSolidAngle::ZERO };
         match self.get(id) {
@@ -292,7 +292,7 @@ impl Lights {
 
     /// Samples the start of a light subpath: the light (`choose`), the position and then the direction.
     /// `None` if there is no light, or none where the numbers lead.
-    #[inline]
+    #[inline(always)]
     pub fn sample_emission(
         &self,
         geometry: &Geometry,
@@ -328,7 +328,7 @@ impl Lights {
         Some(Emission { point, pdf_position, direction, pdf_direction, origin })
     }
 
-    #[inline]
+    #[inline(always)]
     fn choose(&self, u: f32) -> Option<LightId> {
         (!self.is_empty()).then(|| LightId(self.choice.sample(u).0 as u32))
     }
@@ -352,12 +352,12 @@ impl Lights {
 
 impl Light {
     /// Whether a ray can meet it: a surface or an environment, not a point, a spot or a sun.
-    #[inline]
+    #[inline(always)]
     pub fn has_extent(&self) -> bool {
         matches!(self.kind(), Kind::Surface | Kind::Environment)
     }
 
-    #[inline]
+    #[inline(always)]
     fn kind(&self) -> Kind {
         match self {
             Self::Area { .. } => Kind::Surface,
