@@ -95,9 +95,9 @@ fn others(
     let n = path.edges();
     debug_assert_eq!(n, strategy.edges());
     let count = |t: u32| effective_count(path, Strategy { s: n + 1 - t, t }, techniques);
-    let own = count(strategy.t);
+    let per_own = 1.0 / count(strategy.t);
     // A ratio may overflow, and ∞·0 would be no number where the other strategy has no sample at all.
-    let share = |ratio: f32, count: f32| mistake!(ratio * count / own, NoCountsInWeights => ratio);
+    let share = |ratio: f32, count: f32| mistake!(ratio * (count * per_own), NoCountsInWeights => ratio);
     let term = |ratio: f32, count: f32| if count == 0.0 { 0.0 } else { share(ratio, count) };
     let range = techniques.range(n);
     let (mut lower_s, mut ratio) = (0.0, 1.0);

@@ -80,9 +80,11 @@ impl Step {
 }
 
 /// A subpath from the camera (p_0 p_1 …) or from a light (p_n p_{n−1} …).
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug)]
 pub struct Subpath {
-    steps: Vec<Step>,
+    /// Room for all vertices, so that each is written in its place: a vector would have them copied there.
+    room: Box<[Step]>,
+    len: usize,
     directions: Directions,
     /// Of a light subpath with two vertices or more: see [`super::Densities::next_event_ratio`].
     next_event_ratio: f32,
@@ -99,10 +101,11 @@ struct Departure {
 }
 
 impl Subpath {
-    /// An empty subpath that can hold `vertices` without allocating.
+    /// An empty subpath with room for so many vertices.
     pub fn with_capacity(vertices: u32) -> Self {
-        let steps = Vec::with_capacity(vertices as usize);
-        Self { steps, directions: Directions::Bsdf, next_event_ratio: 1.0 }
+        let nothing = Step::first(Point::nowhere(Vec3::ZERO), PdfArea(1.0));
+        let room = vec![nothing; vertices as usize].into_boxed_slice();
+        Self { room, len: 0, directions: Directions::Bsdf, next_event_ratio: 1.0 }
     }
 
     /// The same storage for walks that sample by another rule than the BSDF.
@@ -115,9 +118,15 @@ impl Subpath {
     }
 
     /// The vertices with their prefix products.
-    #[inline]
+    #[inline(always)]
     pub fn steps(&self) -> &[Step] {
-        &self.steps
+        &self.room[..self.len]
+    }
+
+    #[inline(always)]
+    fn push(&mut self, step: Step) {
+        self.room[self.len] = step;
+        self.len += 1;
     }
 
     /// See [`super::Densities::next_event_ratio`]: for this light subpath's own p_n and p_{n−1}.
@@ -128,6 +137,9 @@ impl Subpath {
 
     /// Walks from the lens through `raster`, to at most `vertices` vertices. Where a ray leaves the scene, an
     /// environment's point becomes the last vertex.
+    ///
+    /// # Panics
+    /// If there is no room for so many.
     #[inline(always)]
     pub fn walk_from_camera(
         &mut self,
@@ -140,12 +152,11 @@ impl Subpath {
         let camera = &scene.camera;
         let u = if camera.has_aperture() { sampler.next_2d() } else { Vec2::ZERO };
         self.put_lens(scene, camera.sample_lens(raster, u));
-        let lens = self.steps[0];
-        let p = &lens.vertex.point;
+        let Step { vertex: Vertex { point: p, .. }, beta, .. } = &self.room[0];
         let direction = camera.direction(p, raster);
         // Rounding may put a sample of the padded film's border outside it.
         if let Some(Seen { we, pdf, .. }) = camera.look(p, direction) {
-            let beta = lens.beta * (we * p.normal.dot(direction) / pdf.0);
+            let beta = *beta * (we * p.normal.dot(direction) / pdf.0);
             let origin = p.position;
             self.walk(
                 scene,
@@ -173,14 +184,17 @@ impl Subpath {
 
     #[inline(always)]
     fn put_lens(&mut self, scene: &Scene, lens: Point) {
-        self.steps.clear();
-        self.steps.push(Step::first(lens, scene.camera.pdf_lens()));
+        self.len = 0;
+        self.push(Step::first(lens, scene.camera.pdf_lens()));
     }
 
     /// Walks from a light, to at most `vertices` vertices; empty if the scene has no light.
+    ///
+    /// # Panics
+    /// If there is no room for so many.
     #[inline(always)]
     pub fn walk_from_light(&mut self, scene: &Scene, vertices: u32, roulette: Roulette, sampler: &mut impl Sampler) {
-        self.steps.clear();
+        self.len = 0;
         self.next_event_ratio = 1.0;
         if vertices == 0 {
             return;
@@ -189,7 +203,7 @@ impl Subpath {
         let (position, direction, choose) = (sampler.next_2d(), sampler.next_2d(), sampler.next_1d());
         let Some(emission) = scene.sample_emission(choose, position, direction) else { return };
         let p = emission.point;
-        self.steps.push(Step::first(p, emission.pdf_position));
+        self.push(Step::first(p, emission.pdf_position));
         let leaves = emission.pdf_direction > PdfSolidAngle::ZERO && p.alpha > 0.0;
         if vertices == 1 || !leaves {
             return;
@@ -199,11 +213,11 @@ impl Subpath {
             origin: emission.origin.unwrap_or_else(|| p.ray_origin(emission.direction)),
             direction: emission.direction,
             pdf: emission.pdf_direction,
-            beta: self.steps[0].beta * scene.le(&p, emission.direction) * (p.alpha * cos / emission.pdf_direction.0),
+            beta: self.room[0].beta * scene.le(&p, emission.direction) * (p.alpha * cos / emission.pdf_direction.0),
             survival: 1.0,
         };
         self.walk(scene, departure, Transport::Importance, vertices, roulette, sampler);
-        if let [end, before, ..] = self.steps.as_slice() {
+        if let [end, before, ..] = self.steps() {
             let next_event = scene.lights().pdf_next_event(&end.vertex.point, &before.vertex.point);
             self.next_event_ratio = next_event.0 / end.pdf_fwd.0;
         }
@@ -220,11 +234,11 @@ impl Subpath {
         roulette: Roulette,
         sampler: &mut impl Sampler,
     ) {
-        while self.steps.len() < vertices as usize {
-            if !self.arrive(scene, &departure, transport, sampler) || self.steps.len() == vertices as usize {
+        while self.len < vertices as usize {
+            if !self.arrive(scene, &departure, transport, sampler) || self.len == vertices as usize {
                 return;
             }
-            sampler.start(Block::scattering(self.steps.len() as u32 - 1));
+            sampler.start(Block::scattering(self.len as u32 - 1));
             let u = sampler.next_3d();
             let survive = sampler.next_1d();
             let Some(next) = self.scatter(transport, roulette, u, survive) else { return };
@@ -243,9 +257,9 @@ impl Subpath {
         transport: Transport,
         sampler: &mut impl Sampler,
     ) -> bool {
-        let from = &self.steps[self.steps.len() - 1].vertex.point;
+        let from = &self.room[self.len - 1].vertex.point;
         // Only surfaces with 0 < α < 1 take numbers.
-        let (passing, mut started) = (Block::passing(self.steps.len() as u32), false);
+        let (passing, mut started) = (Block::passing(self.len as u32), false);
         let stops = |alpha| {
             if !std::mem::replace(&mut started, true) {
                 sampler.start(passing);
@@ -269,10 +283,10 @@ impl Subpath {
     /// Adds the vertex at `point`.
     #[inline(always)]
     fn add(&mut self, scene: &Scene, departure: &Departure, point: Point, visibility: f32, transport: Transport) {
-        let from = &self.steps[self.steps.len() - 1].vertex.point;
+        let from = &self.room[self.len - 1].vertex.point;
         let edge = Edge { visibility, ..Edge::between(from, &point) };
         let beta = departure.beta * transmittance(scene, from, &edge, &point, transport);
-        self.steps.push(Step {
+        self.push(Step {
             vertex: Vertex::new(point),
             back: edge.reversed(),
             beta,
@@ -286,8 +300,8 @@ impl Subpath {
     /// predecessor's other-side density.
     #[inline(always)]
     fn scatter(&mut self, transport: Transport, roulette: Roulette, u: Vec3, survive: f32) -> Option<Departure> {
-        let edges = self.steps.len() as u32 - 1;
-        let [.., before, here] = self.steps.as_mut_slice() else { return None };
+        let edges = self.len as u32 - 1;
+        let [.., before, here] = &mut self.room[..self.len] else { return None };
         let known = here.back.direction;
         let sample = here.vertex.sample(self.directions, known, transport, u)?;
         here.vertex.lobe = sample.lobe;

@@ -4,12 +4,9 @@ use glam::Vec3;
 
 #[cfg(feature = "mistakes")]
 use crate::math::Rgb;
-use crate::{
-    math::Frame,
-    scene::{
-        bsdf::{BsdfSample, Directions, Lobe, Scatter, Transport},
-        point::Point,
-    },
+use crate::scene::{
+    bsdf::{BsdfSample, Directions, Lobe, Scatter, Transport},
+    point::Point,
 };
 
 /// One vertex. Its role (lens, surface, light) is its index in the path.
@@ -52,15 +49,14 @@ impl Vertex {
         if !p.sides_agree(known) {
             return None;
         }
-        let frame = Frame::around(p.shading_normal);
-        let sample = p.bsdf.sample_by(directions, frame.to_local(known), transport, u)?;
-        let direction = frame.to_world(sample.direction).normalize();
+        let sample = p.bsdf.sample_around(p.shading_normal, directions, known, transport, u)?;
+        let direction = sample.direction;
         if !p.sides_agree(direction) {
             return None;
         }
         let (_, to_light) = transport.sides(known, direction);
         let f = sample.scatter.f * shading_factor(p, mistake!(to_light, NoShadingFactor => direction));
-        Some(BsdfSample { direction, scatter: Scatter { f, ..sample.scatter }, ..sample })
+        Some(BsdfSample { scatter: Scatter { f, ..sample.scatter }, ..sample })
     }
 
     /// η_light/η_camera across this vertex, for unit world directions; see [`crate::scene::bsdf::Bsdf::relative_ior`].
@@ -88,8 +84,7 @@ pub(super) fn scatter(p: &Point, lobe: Lobe, to_camera: Vec3, to_light: Vec3) ->
     if !(p.sides_agree(to_camera) && p.sides_agree(to_light)) {
         return Scatter::ZERO;
     }
-    let frame = Frame::around(p.shading_normal);
-    let scatter = p.bsdf.eval(lobe, frame.to_local(to_camera), frame.to_local(to_light));
+    let scatter = p.bsdf.eval_around(p.shading_normal, lobe, to_camera, to_light);
     Scatter { f: scatter.f * shading_factor(p, to_light), ..scatter }
 }
 

@@ -47,7 +47,7 @@ impl Bsdf {
     }
 
     /// [`Bsdf::sample`] by the rule `directions`.
-    #[inline(always)]
+    #[inline]
     pub fn sample_by(&self, directions: Directions, known: Vec3, transport: Transport, u: Vec3) -> Option<BsdfSample> {
         match directions {
             Directions::Bsdf => self.sample(known, transport, u),

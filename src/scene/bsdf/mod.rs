@@ -18,7 +18,7 @@ mod thin;
 use glam::{Vec2, Vec3};
 
 use crate::{
-    math::Rgb,
+    math::{Frame, Rgb},
     sampling::{PdfSolidAngle, warp},
 };
 
@@ -142,7 +142,7 @@ impl ScatterEvent {
 /// A sampled direction with the lobe it came from and the BSDF there.
 #[derive(Clone, Copy, Debug)]
 pub struct BsdfSample {
-    /// The sampled unit direction, in the shading frame.
+    /// The sampled unit direction, in the space of the known one.
     pub direction: Vec3,
     /// The lobe that it belongs to.
     pub lobe: Lobe,
@@ -204,31 +204,65 @@ impl Bsdf {
     /// f and both densities of one lobe, for the directions towards the camera and towards the light.
     ///
     /// With [`Lobe::Delta`] the two directions are taken to satisfy the delta (mirror direction, Snell's law).
-    #[inline(always)]
+    #[inline]
     pub fn eval(&self, lobe: Lobe, to_camera: Vec3, to_light: Vec3) -> Scatter {
-        // The common one in line, the others in a call.
-        if let Self::Diffuse(b) = self {
-            b.eval(lobe, to_camera, to_light)
-        } else {
-            self.eval_more(lobe, to_camera, to_light)
-        }
-    }
-
-    #[inline(never)]
-    fn eval_more(&self, lobe: Lobe, to_camera: Vec3, to_light: Vec3) -> Scatter {
         dispatch!(self, b => b.eval(lobe, to_camera, to_light))
     }
 
     /// Samples the direction across from `known`, with one number for the lobe (`u.z`) and two for the direction.
     /// `None` where nothing is scattered or the sampled direction is invalid.
-    #[inline(always)]
+    #[inline]
     pub fn sample(&self, known: Vec3, transport: Transport, u: Vec3) -> Option<BsdfSample> {
-        if let Self::Diffuse(b) = self { b.sample(known, transport, u) } else { self.sample_more(known, transport, u) }
+        dispatch!(self, b => b.sample(known, transport, u))
+    }
+
+    /// [`Self::eval`] for unit world directions at a surface with the unit normal `n`.
+    #[inline(always)]
+    pub fn eval_around(&self, n: Vec3, lobe: Lobe, to_camera: Vec3, to_light: Vec3) -> Scatter {
+        match self {
+            // Lambert's law, the common one, is in line, and needs the cosines alone.
+            Self::Diffuse(b) => b.eval(lobe, n.dot(to_camera) * Vec3::Z, n.dot(to_light) * Vec3::Z),
+            _ => self.eval_in_frame(n, lobe, to_camera, to_light),
+        }
     }
 
     #[inline(never)]
-    fn sample_more(&self, known: Vec3, transport: Transport, u: Vec3) -> Option<BsdfSample> {
-        dispatch!(self, b => b.sample(known, transport, u))
+    fn eval_in_frame(&self, n: Vec3, lobe: Lobe, to_camera: Vec3, to_light: Vec3) -> Scatter {
+        let frame = Frame::around(n);
+        self.eval(lobe, frame.to_local(to_camera), frame.to_local(to_light))
+    }
+
+    /// [`Self::sample_by`] for a unit world direction at a surface with the unit normal `n`; the sampled one is in world space too.
+    #[inline(always)]
+    pub fn sample_around(
+        &self,
+        n: Vec3,
+        directions: Directions,
+        known: Vec3,
+        transport: Transport,
+        u: Vec3,
+    ) -> Option<BsdfSample> {
+        match (self, directions) {
+            (Self::Diffuse(b), Directions::Bsdf) => {
+                let sample = b.sample(n.dot(known) * Vec3::Z, transport, u)?;
+                Some(BsdfSample { direction: Frame::around(n).to_world(sample.direction).normalize(), ..sample })
+            }
+            _ => self.sample_in_frame(n, directions, known, transport, u),
+        }
+    }
+
+    #[inline(never)]
+    fn sample_in_frame(
+        &self,
+        n: Vec3,
+        directions: Directions,
+        known: Vec3,
+        transport: Transport,
+        u: Vec3,
+    ) -> Option<BsdfSample> {
+        let frame = Frame::around(n);
+        let sample = self.sample_by(directions, frame.to_local(known), transport, u)?;
+        Some(BsdfSample { direction: frame.to_world(sample.direction).normalize(), ..sample })
     }
 
     /// Whether there is a continuous part that a connection could use.
