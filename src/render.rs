@@ -1,5 +1,6 @@
 //! Rendering: passes over the image, spread over threads, that bring integrator and film together.
 
+mod data;
 mod statistics;
 
 use std::{
@@ -14,7 +15,10 @@ use std::{
 use glam::Vec2;
 use rayon::prelude::*;
 
-pub use self::statistics::{Rays, Statistics};
+pub use self::{
+    data::Data,
+    statistics::{Rays, Statistics},
+};
 
 use crate::{
     film::{Coverage, Crop, Film, FixedPoint, Half, Sums},
@@ -276,7 +280,7 @@ impl<'a> Renderer<'a> {
         let seed = mistake!(self.settings.seed, ThreadInSeed => self.settings.seed + this_thread());
         let [mut camera, mut light, mut connection, mut lens] = S::streams(seed, numbered.key(), pass);
         camera.start(Block::START);
-        let place = Vec2::new(pixel.x as f32, pixel.y as f32) + camera.next_2d();
+        let place = pixel.corner() + camera.next_2d();
         let sensor = self.scene.camera.sensor();
         let unit = Unit {
             camera: self.serves_crop(pixel).then_some(Raster(place)),
@@ -408,6 +412,12 @@ impl Pixel {
     #[cfg(feature = "mistakes")]
     fn within(self, crop: Crop) -> Self {
         Self { x: self.x - crop.x0 as i32, y: self.y - crop.y0 as i32 }
+    }
+
+    /// Its upper left corner on the image.
+    #[inline]
+    fn corner(self) -> Vec2 {
+        Vec2::new(self.x as f32, self.y as f32)
     }
 
     fn is_inside(self, sensor: Sensor) -> bool {

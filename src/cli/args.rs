@@ -5,6 +5,7 @@ use std::{path::PathBuf, time::Duration};
 use rayon::{ThreadPool, ThreadPoolBuilder};
 
 use super::{
+    data::DataArgs,
     environment::EnvironmentArgs,
     exit::Failure,
     layers::LayerArgs,
@@ -107,6 +108,9 @@ pub(super) struct RenderArgs {
 
     #[command(flatten)]
     pub(super) layers: LayerArgs,
+
+    #[command(flatten)]
+    pub(super) data: DataArgs,
 
     #[command(flatten)]
     pub(super) part: PartArgs,

@@ -153,7 +153,7 @@ fn write(outputs: &Outputs, a: &Image, b: &Image) -> Result<(), Failure> {
     let attributes = attributes.map(|(name, value)| (name.to_owned(), value.to_owned())).to_vec();
     let header = Header { sensor, crop: Crop::full(sensor), attributes };
     outputs.write_each(|format| match format {
-        Format::Exr => encode_exr(&difference, None, &[], &header),
+        Format::Exr => encode_exr(&difference, None, &[], &[], &header),
         Format::Png => encode_png(&difference_in_colour(&difference, luminance(b.mean())), None, Exposure::Ev(0.0)),
     })
 }

@@ -57,7 +57,7 @@ impl LayerArgs {
         // As without layers: the image, or a checkpoint as integers and as a file.
         let contents = Contents { layers: layers.names().map(str::to_owned).collect(), ..renderer.sums().contents() };
         let written = (films * BYTES_PER_PIXEL * pixels).max(2 * contents.bytes(pixels));
-        args.size.check_memory(films * Film::memory(pixels) + written, crop)?;
+        args.size.check_memory(films * Film::memory(pixels) + written + args.data.memory(pixels), crop)?;
         Ok(layers)
     }
 

@@ -11,7 +11,7 @@ use super::{
     header::{film_of, header},
     layers,
     passes::Passes,
-    pictures::Outputs,
+    pictures::{Outputs, Picture},
     render_passes,
     saved::{self, Shape, open, unusable},
     terminal::Terminal,
@@ -102,8 +102,13 @@ pub(super) fn run(args: &MergeArgs) -> Result<(), Failure> {
             }
             let exposure = args.exposure.map_or(Exposure::Auto, Exposure::Ev);
             let header = header(sensor, settings, &image, passes);
-            let (layers, alpha) = (layers::images(&sums, passes.count()), coverage.as_ref().map(Coverage::alpha));
-            outputs.write(&image.image(passes.count()), alpha.as_deref(), &layers, &header, exposure, terminal)?;
+            let picture = Picture {
+                image: image.image(passes.count()),
+                alpha: coverage.as_ref().map(Coverage::alpha),
+                layers: layers::images(&sums, passes.count()),
+                data: Vec::new(),
+            };
+            outputs.write(&picture, &header, exposure, terminal)?;
         }
     }
     terminal.say(outputs.said());

@@ -3,6 +3,7 @@
 mod args;
 mod camera;
 mod compare;
+mod data;
 mod environment;
 mod exit;
 mod foretell;

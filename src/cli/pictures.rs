@@ -4,12 +4,21 @@ use std::{io, path::PathBuf};
 
 use super::{exit::Failure, terminal::Terminal};
 use crate::{
-    film::{Exposure, Format, Header, Image, check_writable, encode_exr, encode_png, write_atomically},
+    film::{Exposure, Format, Header, Image, Samples, check_writable, encode_exr, encode_png, write_atomically},
     math::{Rgb, luminance},
 };
 
 /// Files to write, each of a known format and in a place where files can be created.
 pub(super) struct Outputs(Vec<(PathBuf, Format)>);
+
+/// An image and what is beside it in its file.
+pub(super) struct Picture {
+    pub image: Image,
+    pub alpha: Option<Vec<f32>>,
+    /// By their names.
+    pub layers: Vec<(String, Image)>,
+    pub data: Vec<(String, Samples)>,
+}
 
 impl Outputs {
     /// Refuses names of no known format, and places where nothing can be written.
@@ -42,18 +51,18 @@ impl Outputs {
         self.0.iter().any(|(_, format)| *format == Format::Exr)
     }
 
-    /// Writes the image to all of them, and the layers to those that can hold them.
+    /// Writes the picture to all of them, and what is beside the image to those that can hold it.
     pub(super) fn write(
         &self,
-        image: &Image,
-        alpha: Option<&[f32]>,
-        layers: &[(String, Image)],
+        picture: &Picture,
         header: &Header,
         exposure: Exposure,
         terminal: Terminal,
     ) -> Result<(), Failure> {
+        let Picture { image, alpha, layers, data } = picture;
+        let alpha = alpha.as_deref();
         self.write_each(|format| match format {
-            Format::Exr => encode_exr(image, alpha, layers, header),
+            Format::Exr => encode_exr(image, alpha, layers, data, header),
             Format::Png => {
                 terminal.detail(format_args!("exposure {:+.2} EV", exposure.ev(image)));
                 encode_png(image, alpha, exposure)

@@ -2,6 +2,7 @@
 
 use std::{collections::BTreeMap, ops::Range, path::PathBuf};
 
+use rayon::ThreadPool;
 use serde_json::{Value, json};
 
 use super::{
@@ -15,7 +16,7 @@ use super::{
     layers,
     opened::Opened,
     passes::Passes,
-    pictures::Outputs,
+    pictures::{Outputs, Picture},
     progress::{Goal, MOST_PASSES, Progress},
     render_passes::{self, Quality},
     saved,
@@ -59,6 +60,7 @@ pub(super) fn run(args: &RenderArgs) -> Result<Exit, Failure> {
     Keeper::check(&args.part, &outputs)?;
     stats::check(args.stats.as_ref(), &outputs)?;
     args.layers.check(&outputs)?;
+    args.data.check(args, &outputs)?;
     let pool = args.paths.thread_pool()?;
     let mut phases = Phases::start();
 
@@ -107,8 +109,9 @@ pub(super) fn run(args: &RenderArgs) -> Result<Exit, Failure> {
         (Some(_), Some(_)) => false,
         (Some(_), None) => outputs.write_bytes(saved::encode(&renderer, sensor, &recorded, whole)).map(|()| true)?,
         (None, _) => {
-            let header = image_header(sensor, &recorded, &renderer, ended.quality);
-            write(args, &outputs, &header, &renderer, terminal).map(|()| true)?
+            let mut header = image_header(sensor, &recorded, &renderer, ended.quality);
+            header.attributes.extend(args.data.attribute());
+            write(args, &outputs, &header, &renderer, &pool, terminal).map(|()| true)?
         }
     };
     phases.end("write");
@@ -258,7 +261,7 @@ fn check_memory(args: &RenderArgs, settings: &Settings) -> Result<(), Failure> {
     let transparent = settings.background == Background::Transparent;
     let checkpoint = 2 * Contents { transparent, ..Contents::default() }.bytes(pixels);
     let needed = Film::memory(pixels) + alpha + checkpoint.max(IMAGE_BYTES_PER_PIXEL * pixels);
-    args.size.check_memory(needed, settings.crop)
+    args.size.check_memory(needed + args.data.memory(pixels), settings.crop)
 }
 
 /// What the image's file says of it.
@@ -280,10 +283,16 @@ fn write(
     outputs: &Outputs,
     header: &Header,
     renderer: &Renderer<'_>,
+    pool: &ThreadPool,
     terminal: Terminal,
 ) -> Result<(), Failure> {
     let passes = renderer.passes();
     let exposure = args.exposure.map_or(Exposure::Auto, Exposure::Ev);
-    let (image, alpha) = (renderer.film().image(passes), renderer.alpha());
-    outputs.write(&image, alpha.as_deref(), &layers::images(&renderer.sums(), passes), header, exposure, terminal)
+    let picture = Picture {
+        image: renderer.film().image(passes),
+        alpha: renderer.alpha(),
+        layers: layers::images(&renderer.sums(), passes),
+        data: pool.install(|| args.data.channels(renderer)),
+    };
+    outputs.write(&picture, header, exposure, terminal)
 }

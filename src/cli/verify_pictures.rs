@@ -59,7 +59,7 @@ fn exr(job: &Job, image: &Image, about: Vec<(&str, String)>) -> io::Result<Vec<u
     ];
     attributes.extend(about);
     let attributes = attributes.into_iter().map(|(name, value)| (name.to_owned(), value)).collect();
-    encode_exr(image, None, &[], &Header { sensor: job.sensor, crop: Crop::full(job.sensor), attributes })
+    encode_exr(image, None, &[], &[], &Header { sensor: job.sensor, crop: Crop::full(job.sensor), attributes })
 }
 
 /// An image of the tiles.

@@ -27,19 +27,29 @@ pub struct Header {
     pub attributes: Vec<(String, String)>,
 }
 
+/// Channels beside the image's: NAME with one number per pixel each.
+#[derive(Clone, Debug)]
+pub enum Samples {
+    /// Of 32-bit floats.
+    Float(Vec<f32>),
+    /// Of 32-bit integers.
+    Integer(Vec<u32>),
+}
+
 /// Encodes `image` as an OpenEXR file of one part with the 32-bit float channels R, G and B, A where `alpha` has one number
-/// per pixel, and NAME.R, NAME.G and NAME.B for each of `layers`; without loss, and with the same bytes whenever called with the same
+/// per pixel, NAME.R, NAME.G and NAME.B for each of `layers`, and each of `data`; without loss, and with the same bytes whenever called with the same
 /// arguments. Colours are premultiplied, as OpenEXR wants them: `image` holds what the covered part of each pixel adds.
 ///
 /// # Errors
 /// If the format cannot hold the image.
 ///
 /// # Panics
-/// If a layer or `alpha` has another size than the image.
+/// If a layer, a channel or `alpha` has another size than the image.
 pub fn encode_exr(
     image: &Image,
     alpha: Option<&[f32]>,
     layers: &[(String, Image)],
+    data: &[(String, Samples)],
     header: &Header,
 ) -> io::Result<Vec<u8>> {
     let shared = ImageAttributes { chromaticities: Some(REC_709), ..image_attributes(header) };
@@ -48,10 +58,20 @@ pub fn encode_exr(
         Encoding { compression: Compression::ZIP16, blocks: Blocks::ScanLines, line_order: LineOrder::Increasing };
     let size = Vec2(image.width as usize, image.height as usize);
     let mut channels = SmallVec::new();
-    let mut add = |name: &str, samples: Vec<f32>| {
+    let mut add_samples = |name: &str, samples: FlatSamples| {
         assert_eq!(samples.len(), image.pixels.len(), "every channel has the image's pixels");
-        channels.push(AnyChannel::new(name, FlatSamples::F32(samples)));
+        channels.push(AnyChannel::new(name, samples));
     };
+    for (name, samples) in data {
+        add_samples(
+            name,
+            match samples {
+                Samples::Float(samples) => FlatSamples::F32(samples.clone()),
+                Samples::Integer(samples) => FlatSamples::U32(samples.clone()),
+            },
+        );
+    }
+    let mut add = |name: &str, samples| add_samples(name, FlatSamples::F32(samples));
     let component = |image: &Image, i: usize| image.pixels.iter().map(|p| p[i]).collect::<Vec<_>>();
     for (i, letter) in ["R", "G", "B"].into_iter().enumerate() {
         add(letter, component(image, i));
@@ -143,11 +163,11 @@ mod tests {
     #[test]
     fn the_same_image_is_the_same_file() {
         let (image, header) = example();
-        let bytes = encode_exr(&image, None, &[], &header).unwrap();
+        let bytes = encode_exr(&image, None, &[], &[], &header).unwrap();
         for _ in 0..8 {
             assert_eq!(
                 bytes,
-                encode_exr(&image, None, &[], &header).unwrap(),
+                encode_exr(&image, None, &[], &[], &header).unwrap(),
                 "hash maps have their own order each time"
             );
         }
@@ -157,7 +177,7 @@ mod tests {
     fn alpha_is_a_channel_of_its_own_beside_untouched_colours() {
         let (image, header) = example();
         let alpha: Vec<f32> = (0..17 * 40).map(|i| i as f32 / 680.0).collect();
-        let bytes = encode_exr(&image, Some(&alpha), &[], &header).unwrap();
+        let bytes = encode_exr(&image, Some(&alpha), &[], &[], &header).unwrap();
         let read = read()
             .no_deep_data()
             .largest_resolution_level()
@@ -178,7 +198,7 @@ mod tests {
     #[test]
     fn pixels_windows_and_attributes_come_back() {
         let (image, header) = example();
-        let bytes = encode_exr(&image, None, &[], &header).unwrap();
+        let bytes = encode_exr(&image, None, &[], &[], &header).unwrap();
         let file = read()
             .no_deep_data()
             .largest_resolution_level()

@@ -24,7 +24,7 @@ pub use self::{
     checkpoint::{CheckpointError, CheckpointFile, CheckpointHeader, Contents, Sums, encode_checkpoint},
     coverage::Coverage,
     crop::Crop,
-    exr::{Header, encode_exr},
+    exr::{Header, Samples, encode_exr},
     folder::{check_folder, write_folder},
     image::{Image, half_image_rel_mse},
     noise::ENOUGH_TILES,

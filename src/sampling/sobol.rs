@@ -125,8 +125,11 @@ fn sample_4d(index: u32, set: u32, seed: u32) -> [f32; 4] {
     numbers
 }
 
-/// Of every set of four dimensions, for each four of the index's sixteen (reversed) bits, what these add to the point. 64 KiB.
-static POINTS: LazyLock<Box<[[[[u32; 4]; 16]; 4]]>> = LazyLock::new(|| {
+/// For each four of the index's sixteen (reversed) bits, what these add to the point in four dimensions.
+type PointsOfBits = [[[u32; 4]; 16]; 4];
+
+/// Of every set of four dimensions; 64 KiB.
+static POINTS: LazyLock<Box<[PointsOfBits]>> = LazyLock::new(|| {
     let point = |set: u32, bits: u32| array::from_fn(|i| sobol_rev(bits, 4 * set + i as u32));
     let of_set = |set| array::from_fn(|four| array::from_fn(|bits| point(set, (bits as u32) << (28 - 4 * four))));
     (0..NUM_DIMENSION_SETS_4D).map(of_set).collect()

@@ -132,3 +132,52 @@ fn what_cannot_be_a_layer_is_refused_in_a_sentence() {
     let output = run.render(&["--spp", "1", "-q", "--layers", "bounces", "--max-depth", "3"]);
     assert_eq!(code(&output), 0, "{}", stderr(&output));
 }
+
+#[test]
+fn data_channels_are_beside_an_image_that_they_leave_alone() {
+    let run = Run::new();
+    let plain = channels(&run.image("plain.exr", &["--spp", "8"]));
+    let all = ["--spp", "8", "--data", "albedo,normals,position,depth,ids,samples,halves,variance"];
+    let file = run.image("data.exr", &all);
+    assert_eq!(file, run.image("again.exr", &[&all[..], &["--threads", "1"]].concat()), "whatever the threads");
+    let found = channels(&file);
+    assert_eq!(found.len(), 3 + 3 + 6 + 3 + 1 + 3 + 2 + 6 + 3);
+    for letter in ["R", "G", "B"] {
+        assert_eq!(found[letter], plain[letter]);
+        let (even, odd) = (&found[&format!("even.{letter}")], &found[&format!("odd.{letter}")]);
+        let variance = &found[&format!("variance.{letter}")];
+        for (i, value) in plain[letter].iter().enumerate() {
+            assert!((0.5 * (even[i] + odd[i]) - value).abs() <= 1e-6 * value);
+            assert!((variance[i] - (0.5 * (even[i] - odd[i])).powi(2)).abs() <= 1e-6 * variance[i]);
+        }
+    }
+    assert!(found["samples.count"].iter().all(|n| *n == 8.0));
+    // The box is closed but for the side that the camera looks through.
+    let hit: Vec<_> = (0..found["depth.Z"].len()).filter(|i| found["samples.hits"][*i] == 1.0).collect();
+    assert!(hit.len() > 100, "{}", hit.len());
+    for i in hit {
+        let three = |name: &str| ["X", "Y", "Z"].map(|axis| found[&format!("{name}.{axis}")][i]);
+        let length = three("normal").iter().map(|x| x * x).sum::<f32>().sqrt();
+        assert!(length <= 1.0 + 1e-5 && found["depth.Z"][i] > 0.0 && found["id.material"][i] >= 1.0);
+        assert_eq!(three("normal"), three("geometric-normal"), "flat walls");
+        assert!(["R", "G", "B"].iter().all(|c| (0.0..=1.0).contains(&found[&format!("albedo.{c}")][i])));
+    }
+}
+
+#[test]
+fn data_goes_where_it_can_be_written() {
+    let run = Run::new();
+    refused(&run.render(&["--data", "depth", "-o", "x.png"]), 2, "no output is one (-o OUT.exr)");
+    refused(&run.render(&["--data", "depth", "--shard", "1/2", "-o", "x.exr"]), 2, "a shard holds no data channels");
+    refused(&run.render(&["--data", "halves", "--spp", "1", "-o", "x.exr"]), 2, "one sample per pixel has no halves");
+}
+
+#[test]
+fn a_render_may_be_resumed_with_other_data() {
+    let run = Run::new();
+    let data = ["--data", "halves,albedo"];
+    let whole = run.image("whole.exr", &[&["--spp", "8"][..], &data].concat());
+    run.image("first.exr", &["--spp", "4", "--checkpoint", "part.exr"]);
+    let resumed = run.image("resumed.exr", &[&["--spp", "8", "--resume", "part.exr"][..], &data].concat());
+    assert_eq!(whole, resumed);
+}

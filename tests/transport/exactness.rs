@@ -18,7 +18,7 @@ pub fn render(scene: &Scene, settings: &Settings, spp: u32) -> Image {
 }
 
 fn bytes(image: &Image, sensor: Sensor, crop: Crop) -> Vec<u8> {
-    encode_exr(image, None, &[], &Header { sensor, crop, attributes: Vec::new() }).unwrap()
+    encode_exr(image, None, &[], &[], &Header { sensor, crop, attributes: Vec::new() }).unwrap()
 }
 
 /// Every integrator with every sampler.

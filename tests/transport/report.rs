@@ -33,7 +33,7 @@ pub fn write(name: &str, images: &[(String, Image)]) -> PathBuf {
         std::fs::write(folder.join(label.replace(' ', "-")).with_extension("png"), png).expect("writing an image");
         let sensor = Sensor { width: image.width, height: image.height, padding: 0 };
         let header = Header { sensor, crop: Crop::full(sensor), attributes: Vec::new() };
-        let exr = encode_exr(image, None, &[], &header).expect("EXR");
+        let exr = encode_exr(image, None, &[], &[], &header).expect("EXR");
         std::fs::write(folder.join(label.replace(' ', "-")).with_extension("exr"), exr).expect("writing an image");
     }
     if let [(_, a), .., (_, b)] = images {

@@ -177,7 +177,7 @@ fn agreement_under_a_textured_emitter() {
 fn a_textured_emitter_lights_a_point_as_its_texels_say() {
     let scene = textured_emitter(scenes::square(16, Filter::Box));
     let traced = scene.trace_ray(v(0.2, 0.1, 0.1), -Vec3::Y, PrimitiveId::NONE, |_| true);
-    let at = traced.point.expect("the plane lies below");
+    let at = scene.point_at(&traced.ray, &traced.hit.expect("the plane lies below"));
     // Next-event samples of all lights, those of the lamp counted; the numbers are Roberts's R3 sequence.
     let (count, mut sampled) = (1_u32 << 18, Vec3::ZERO);
     for i in 0..count {

@@ -50,7 +50,7 @@ fn alpha_is_exact_and_the_same_with_every_integrator() {
                 let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
                 let (image, alpha) = pool.install(|| render(&scene, &full, 3));
                 let header = Header { sensor, crop: full.crop, attributes: Vec::new() };
-                encode_exr(&image, alpha.as_deref(), &[], &header).unwrap()
+                encode_exr(&image, alpha.as_deref(), &[], &[], &header).unwrap()
             });
             assert!(files[0] == files[1], "{integrator} {filter}");
 

@@ -190,9 +190,9 @@ fn other_files_are_said_to_be_what_they_are() {
     let image = rendered(0..1).film.image(1);
     let header = |attributes| Header { sensor: SENSOR, crop: CROP, attributes };
     let finished = vec![("spp".to_owned(), "1".to_owned())];
-    let finished = crate::film::encode_exr(&image, None, &[], &header(finished)).unwrap();
+    let finished = crate::film::encode_exr(&image, None, &[], &[], &header(finished)).unwrap();
     assert!(says(&finished).contains("a finished image"), "{}", says(&finished));
-    let strange = crate::film::encode_exr(&image, None, &[], &header(Vec::new())).unwrap();
+    let strange = crate::film::encode_exr(&image, None, &[], &[], &header(Vec::new())).unwrap();
     assert!(says(&strange).contains("another program"), "{}", says(&strange));
     assert!(CheckpointFile::open(Path::new("/no/such")).is_err_and(|e| matches!(e, CheckpointError::Unreadable(_))));
 }

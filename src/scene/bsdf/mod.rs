@@ -265,6 +265,17 @@ impl Bsdf {
         Some(BsdfSample { direction: frame.to_world(sample.direction).normalize(), ..sample })
     }
 
+    /// The surface's colour, in [0, 1]: the albedo of what is diffuse, the tint of what transmits, the reflectance of a metal seen
+    /// head-on. What denoisers call albedo; no light transport depends on it.
+    pub fn color(&self) -> Rgb {
+        match self {
+            Self::Diffuse(b) => b.albedo,
+            Self::MetallicRoughness(b) => b.base_color,
+            Self::Dielectric(b) => b.color,
+            Self::Thin(b) => b.color,
+        }
+    }
+
     /// Whether there is a continuous part that a connection could use.
     #[inline(always)]
     pub fn has_continuous(&self) -> bool {

@@ -200,7 +200,7 @@ fn deltas_lead_back_and_carry_their_jacobian() {
             if transport == Transport::Importance {
                 continue;
             }
-            let frame = crate::math::Frame::around(known);
+            let frame = Frame::around(known);
             let step = 0.05 * known.z.abs().min(there.direction.z.abs()).min(0.2);
             let image = |x: f32, y: f32| {
                 follow(bsdf, lobe, frame.to_world(Vec3::new(x, y, 1.0)).normalize(), transport).unwrap().direction

@@ -123,6 +123,11 @@ impl Camera {
         self.sensor
     }
 
+    /// How far `position` lies before the camera along its axis, metres.
+    pub fn depth(&self, position: Vec3) -> f32 {
+        (position - self.position).dot(self.forward)
+    }
+
     /// The middle of the lens (or of the orthographic film) as a point of the scene: its normal is the viewing direction,
     /// its place the lens plane.
     #[inline(always)]
