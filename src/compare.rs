@@ -1,5 +1,8 @@
 //! How far one image is from another: the errors that papers on rendering report.
 
+mod bias;
+
+pub use self::bias::{Measured, p_of_no_bias};
 use crate::{
     film::Image,
     math::{Rgb, luminance},

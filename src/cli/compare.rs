@@ -12,9 +12,9 @@ use super::{
     values,
 };
 use crate::{
-    compare::{Metric, brightness_difference, difference},
+    compare::{Measured, Metric, brightness_difference, difference, p_of_no_bias},
     film::{Crop, Exposure, Format, Header, Image, encode_exr, encode_png},
-    io::{Limits, read_image},
+    io::{Limits, read_halves, read_image},
     math::luminance,
     scene::camera::Sensor,
 };
@@ -114,6 +114,10 @@ pub(super) fn run(args: &CompareArgs) -> Result<Exit, Failure> {
         }
     };
     write(&outputs, &a, &b)?;
+    let (halves_a, halves_b) = (halves(&args.a, &a)?, halves(&args.b, &b)?);
+    let [measured_a, measured_b] =
+        [(&a, &halves_a), (&b, &halves_b)].map(|(image, halves)| Measured { image, halves: halves.as_ref() });
+    let p = p_of_no_bias(measured_a, measured_b);
 
     let above: Vec<_> = rows.iter().flat_map(|row| row.above(&args.fail_above)).collect();
     let exit = if above.is_empty() { Exit::Done } else { Exit::ComparisonFailed };
@@ -122,15 +126,26 @@ pub(super) fn run(args: &CompareArgs) -> Result<Exit, Failure> {
         let (width, height) = (a.width, a.height);
         terminal::answer(json!({
             "layout": LAYOUT, "width": width, "height": height, "images": images, "above": above, "exit": exit as u8,
+            "p_of_no_bias": p,
         }));
     } else if !terminal.is_quiet() {
-        table(&rows).iter().chain(&above).for_each(terminal::answer);
+        let bias = p.map(|p| match p {
+            ..1e-3 => format!("these images are not of one expectation (p = {p:.1e})"),
+            _ => format!("they differ by no more than their noise does (p = {p:.2})"),
+        });
+        table(&rows).iter().chain(&bias).chain(&above).for_each(terminal::answer);
     }
     Ok(exit)
 }
 
 fn read(path: &Path) -> Result<Image, Failure> {
     read_image(&Limits::default(), path).map_err(|error| Failure::input(error.to_string()))
+}
+
+/// The half images beside an image, from `--data halves`.
+fn halves(path: &Path, image: &Image) -> Result<Option<[Image; 2]>, Failure> {
+    let halves = read_halves(&Limits::default(), path).map_err(|error| Failure::input(error.to_string()))?;
+    Ok(halves.filter(|halves| halves.iter().all(|half| (half.width, half.height) == (image.width, image.height))))
 }
 
 /// A line for the names and one for each image.

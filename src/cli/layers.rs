@@ -17,7 +17,8 @@ pub(super) struct LayerArgs {
     #[arg(long, value_name = "NAME=EXPR", value_parser = layer, help = LAYER)]
     layer: Vec<(String, Expression)>,
 
-    /// Ready-made layers: one for each length of paths (bounces) or up to it (neumann), classes, lights, or strategies (s,t)
+    /// Ready-made layers: one for each length of paths (bounces) or up to it (neumann), classes, lights, or
+    /// strategies (s,t), weighted or unweighted
     #[arg(long, value_name = "SET", value_delimiter = ',')]
     layers: Vec<LayerSet>,
 }

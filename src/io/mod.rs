@@ -71,7 +71,7 @@ pub use environment::{
 pub use error::LoadError;
 pub use light::PunctualLight;
 pub use limits::{Limits, LoadOptions, Outside};
-pub use openexr::{ImageError, read_image};
+pub use openexr::{ImageError, read_halves, read_image};
 
 use crate::scene::{
     Scene,

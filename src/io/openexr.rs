@@ -51,6 +51,40 @@ pub fn read_image(limits: &Limits, path: &Path) -> Result<Image, ImageError> {
     Ok(Image { width: width as u32, height: height as u32, pixels: picture.texels })
 }
 
+/// Reads the half images that `pathspace render --data halves` writes beside an image: `None` if the file has none.
+///
+/// # Errors
+/// As [`read_image`].
+pub fn read_halves(limits: &Limits, path: &Path) -> Result<Option<[Image; 2]>, ImageError> {
+    let refuse = |what: String| ImageError { file: one_line(&path.display().to_string()), what: one_line(&what) };
+    let bytes = buffer::file(path, limits.file_bytes).map_err(refuse)?;
+    let decode = |error: exr::error::Error| refuse(format!("its OpenEXR image cannot be decoded ({error})"));
+    let meta = MetaData::read_from_buffered(Cursor::new(&bytes[..]), false).map_err(decode)?;
+    for header in &meta.headers {
+        if check_size(header.layer_size.x(), header.layer_size.y(), limits.texels).is_err() {
+            return Err(refuse(format!("it has no pixels, or more than {}", limits.texels)));
+        }
+    }
+    let layers = read().no_deep_data().largest_resolution_level().all_channels().first_valid_layer().all_attributes();
+    let layer = layers.from_buffered(Cursor::new(&bytes[..])).map_err(decode)?.layer_data;
+    let (width, height) = (layer.size.width() as u32, layer.size.height() as u32);
+    let channel = |name: String| {
+        let found = layer.channel_data.list.iter().find(|c| c.name.to_string() == name)?;
+        Some(found.sample_data.values_as_f32().collect::<Vec<_>>())
+    };
+    let half = |name: &str| {
+        let [r, g, b] = ["R", "G", "B"].map(|letter| channel(format!("{name}.{letter}")));
+        let (r, g, b) = (r?, g?, b?);
+        let pixels = r.into_iter().zip(g).zip(b).map(|((r, g), b)| Rgb::new(r, g, b)).collect();
+        Some(Image { width, height, pixels })
+    };
+    let halves = half("even").zip(half("odd")).map(|(even, odd)| [even, odd]);
+    if halves.iter().flatten().any(|half| half.pixels.iter().any(|p| !p.is_finite())) {
+        return Err(refuse("a half image is not finite".to_owned()));
+    }
+    Ok(halves)
+}
+
 fn damaged(error: &exr::error::Error) -> Refusal {
     Refusal::Damaged(format!("its OpenEXR image cannot be decoded ({error})"))
 }

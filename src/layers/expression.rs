@@ -62,7 +62,9 @@ const DEEPEST: u32 = 50;
 /// Vertices of the longest path.
 const MOST: u32 = 256;
 /// Of an automaton, in bytes: a hundred times what sensible expressions need.
-const LARGEST: usize = 1 << 22;
+const LARGEST: usize = 1 << 18;
+/// Bytes of the automaton before it is made deterministic, which takes time with the square of its states.
+const LARGEST_BEFORE: usize = 1 << 16;
 
 impl Expression {
     /// Reads an expression.
@@ -113,7 +115,7 @@ impl Expression {
                     .dfa_size_limit(Some(LARGEST))
                     .determinize_size_limit(Some(LARGEST)),
             )
-            .thompson(thompson::Config::new().nfa_size_limit(Some(LARGEST)))
+            .thompson(thompson::Config::new().nfa_size_limit(Some(LARGEST_BEFORE)))
             .syntax(syntax::Config::new().unicode(false).utf8(false).dot_matches_new_line(true))
             .build(&format!("(?:{pattern})\\z"))
             .map(Matcher)

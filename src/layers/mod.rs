@@ -20,7 +20,7 @@ use crate::{
     film::{Film, Half},
     integrator::Integrator,
     math::Rgb,
-    path::{Densities, JoinedPath, Strategy, Technique},
+    path::{Densities, Heuristic, JoinedPath, Strategy, Technique, Techniques},
     scene::{Scene, light::LightId},
 };
 
@@ -37,11 +37,15 @@ pub enum LayerSet {
     Lights,
     /// w C of each strategy (s,t): Veach's pyramid.
     Strategies,
+    /// C of each strategy (s,t), unweighted: what it makes of all paths that it can find, an image of its own. What has no weight at all
+    /// is not there, such as hits of lights by [`crate::integrator::IntegratorKind::PathLight`].
+    Unweighted,
 }
 
 impl LayerSet {
     /// All of them.
-    pub const ALL: [Self; 5] = [Self::Bounces, Self::Neumann, Self::Classes, Self::Lights, Self::Strategies];
+    pub const ALL: [Self; 6] =
+        [Self::Bounces, Self::Neumann, Self::Classes, Self::Lights, Self::Strategies, Self::Unweighted];
 
     /// The name on the command line and in files.
     pub fn name(self) -> &'static str {
@@ -51,12 +55,13 @@ impl LayerSet {
             Self::Classes => "classes",
             Self::Lights => "lights",
             Self::Strategies => "strategies",
+            Self::Unweighted => "unweighted",
         }
     }
 
     /// Whether every path belongs to exactly one of its layers, so that they add up to the image.
     pub fn is_partition(self) -> bool {
-        self != Self::Neumann
+        !matches!(self, Self::Neumann | Self::Unweighted)
     }
 }
 
@@ -68,7 +73,7 @@ impl fmt::Display for LayerSet {
 
 /// A set's name was none that there is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("a set of layers is 'bounces', 'neumann', 'classes', 'lights' or 'strategies'")]
+#[error("a set of layers is 'bounces', 'neumann', 'classes', 'lights', 'strategies' or 'unweighted'")]
 pub struct UnknownLayerSet;
 
 impl FromStr for LayerSet {
@@ -103,6 +108,8 @@ enum Sorting {
     Light(Vec<u32>),
     /// That of the strategy which found it; area sampling has the last.
     Strategy(StrategyIndex),
+    /// The same, without the weight that this table and rule gave.
+    Unweighted(StrategyIndex, Box<Techniques>, Heuristic),
 }
 
 #[derive(Clone, Debug)]
@@ -148,7 +155,10 @@ impl Layers {
                 LayerSet::Neumann => by_length(Sorting::UpToLength, integrator),
                 LayerSet::Classes => classes(&tags)?,
                 LayerSet::Lights => by_light(scene),
-                LayerSet::Strategies => by_strategy(integrator),
+                LayerSet::Strategies => by_strategy(integrator, Sorting::Strategy),
+                LayerSet::Unweighted => by_strategy(integrator, |index| {
+                    Sorting::Unweighted(index, Box::new(integrator.techniques().clone()), integrator.heuristic())
+                }),
             };
             let names = group.names.iter().map(|name| format!("{set}.{name}")).collect();
             groups.push(Group { names, ..group });
@@ -203,6 +213,10 @@ impl Layers {
                     }
                 }
                 Sorting::Strategy(index) => add(index.of(path.technique()).unwrap_or(own.len() - 1)),
+                Sorting::Unweighted(index, techniques, heuristic) => {
+                    let i = index.of(path.technique()).unwrap_or(own.len() - 1);
+                    own[i].deposit(path.raster(), value / path.mis_weight(techniques, *heuristic), half);
+                }
             }
         }
     }
@@ -257,7 +271,7 @@ impl StrategyIndex {
     }
 }
 
-fn by_strategy(integrator: &Integrator) -> Group {
+fn by_strategy(integrator: &Integrator, sorting: impl Fn(StrategyIndex) -> Sorting) -> Group {
     let table = integrator.techniques();
     let side = table.max_depth() + 2;
     let mut numbers = vec![usize::MAX; (side * side) as usize];
@@ -269,7 +283,7 @@ fn by_strategy(integrator: &Integrator) -> Group {
     if table.area() > 0 {
         names.push("area".to_owned());
     }
-    Group { names, sorting: Sorting::Strategy(StrategyIndex { numbers, side }) }
+    Group { names, sorting: sorting(StrategyIndex { numbers, side }) }
 }
 
 /// A name as programs take it for a part of a channel's: what is neither a letter, a digit, '-' nor '_' becomes '_'.

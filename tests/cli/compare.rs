@@ -5,7 +5,7 @@ use std::fs;
 use pathspace::{compare::Metric, math::Rgb};
 use serde_json::Value;
 
-use crate::{Run, code, pixels, refused, stdout};
+use crate::{Run, code, pixels, refused, scene, stdout};
 
 #[test]
 fn errors_shrink_with_samples_and_bounds_decide_the_exit_code() {
@@ -77,4 +77,28 @@ fn what_cannot_be_compared_is_said() {
         refused(&run.pathspace(&[&["compare"], arguments].concat()), exit, about);
     }
     assert_eq!(run.files(), ["a.exr", "b.exr", "broken.exr", "c.png"]);
+}
+
+#[test]
+fn halves_tell_bias_from_noise() {
+    let run = Run::new();
+    let scene = scene();
+    let render = |name: &str, options: &[&str]| {
+        let large =
+            ["render", scene.to_str().unwrap(), "--width", "64", "--height", "48", "--spp", "64", "-q", "-o", name];
+        assert_eq!(code(&run.pathspace(&[&large[..], options].concat())), 0);
+    };
+    render("a.exr", &["--data", "halves"]);
+    render("b.exr", &["--data", "halves", "--seed", "1", "-i", "bdpt"]);
+    render("clamped.exr", &["--data", "halves", "--seed", "2", "--clamp", "0.5"]);
+    render("plain.exr", &[]);
+    let p = |a: &str, b: &str| {
+        let answer: Value = serde_json::from_str(&stdout(&run.pathspace(&["compare", a, b, "--json"]))).unwrap();
+        answer["p_of_no_bias"].as_f64()
+    };
+    assert!(p("a.exr", "b.exr").unwrap() > 1e-3, "two integrators, one image");
+    assert!(p("a.exr", "clamped.exr").unwrap() < 1e-6, "what is cut off is missing");
+    assert_eq!(p("plain.exr", "plain.exr"), None);
+    let said = stdout(&run.pathspace(&["compare", "a.exr", "clamped.exr"]));
+    assert!(said.contains("these images are not of one expectation"), "{said}");
 }

@@ -7,6 +7,7 @@ mod extreme;
 mod info;
 mod interruption;
 mod layers;
+mod lecture;
 mod malformed;
 mod render;
 mod shards;

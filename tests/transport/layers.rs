@@ -49,7 +49,7 @@ fn those_of_a_partition_add_up_to_the_image() {
     for scene in [scenes::zoo(sensor()), scenes::open_zoo(sensor()), scenes::veiled(sensor())] {
         for kind in IntegratorKind::ALL {
             let settings = settings(kind, kind.sampler());
-            for set in LayerSet::ALL {
+            for set in LayerSet::ALL.into_iter().filter(|set| *set != LayerSet::Unweighted) {
                 let layers = layers(&[set], &[], &scene, &settings);
                 let (image, parts) = render(&scene, &settings, &layers);
                 assert!(image.iter().any(|sum| *sum > 0), "{kind}");
@@ -80,6 +80,28 @@ fn a_strategys_layer_is_the_render_of_that_strategy() {
         (0..SPP).for_each(|_| renderer.pass());
         assert!(sums(renderer.film()) == layer, "{strategy}");
     }
+}
+
+#[test]
+fn a_strategys_unweighted_layer_is_the_render_of_that_strategy_alone() {
+    let scene = scenes::zoo(sensor());
+    let settings = settings(IntegratorKind::Bdpt, SamplerKind::Sobol);
+    let layers = layers(&[LayerSet::Unweighted], &[], &scene, &settings);
+    let (_, parts) = render(&scene, &settings, &layers);
+    let strategies = Renderer::new(&scene, &settings).integrator().techniques().strategies().collect::<Vec<_>>();
+    assert_eq!(layers.len(), strategies.len());
+    let mut compared = 0;
+    for (strategy, layer) in strategies.into_iter().zip(parts) {
+        let alone = Settings { only: Some((strategy, Weighting::Unweighted)), ..settings.clone() };
+        let mut renderer = Renderer::new(&scene, &alone);
+        (0..SPP).for_each(|_| renderer.pass());
+        for (own, other) in sums(renderer.film()).into_iter().zip(layer) {
+            // A weight that is multiplied and divided by leaves a few roundings of f32.
+            assert!(own.abs_diff(other) <= 4 + own / 500_000, "{strategy}: {own} and {other}");
+            compared += usize::from(own > 0);
+        }
+    }
+    assert!(compared > 1000, "{compared} sums are not zero");
 }
 
 /// Holds the layer of an expression to the render of those paths for which `keep` holds.
