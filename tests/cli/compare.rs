@@ -90,7 +90,7 @@ fn halves_tell_bias_from_noise() {
     };
     render("a.exr", &["--data", "halves"]);
     render("b.exr", &["--data", "halves", "--seed", "1", "-i", "bdpt"]);
-    render("clamped.exr", &["--data", "halves", "--seed", "2", "--clamp", "0.5"]);
+    render("clamped.exr", &["--data", "halves", "--seed", "2", "--clamp", "0.05"]);
     render("plain.exr", &[]);
     let p = |a: &str, b: &str| {
         let answer: Value = serde_json::from_str(&stdout(&run.pathspace(&["compare", a, b, "--json"]))).unwrap();
