@@ -59,6 +59,7 @@ pub mod mistake;
 
 pub mod cli;
 pub mod compare;
+pub mod converge;
 pub mod film;
 mod instructions;
 pub mod integrator;

@@ -3,6 +3,8 @@
 mod args;
 mod camera;
 mod compare;
+mod converge;
+mod converge_page;
 mod data;
 mod environment;
 mod exit;
@@ -63,6 +65,9 @@ enum Command {
     /// Say how far an image is from another, or two from a reference
     #[command(after_help = Exit::help())]
     Compare(compare::CompareArgs),
+    /// Measure how fast integrators converge on a scene, as a page to look at
+    #[command(after_help = Exit::help())]
+    Converge(Box<converge::ConvergeArgs>),
     /// Say what a scene file holds: geometry, cameras, materials, lights, warnings
     #[command(after_help = Exit::help())]
     Info(info::InfoArgs),
@@ -89,6 +94,7 @@ fn dispatch(command: &Command) -> Result<Exit, Failure> {
         Command::Merge(args) => merge::run(args).map(|()| Exit::Done),
         Command::Verify(args) => verify::run(args),
         Command::Compare(args) => compare::run(args),
+        Command::Converge(args) => converge::run(args),
         Command::Info(args) => info::run(args).map(|()| Exit::Done),
     }
 }

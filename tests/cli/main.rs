@@ -2,6 +2,7 @@
 
 mod checkpoints;
 mod compare;
+mod converge;
 mod environment;
 mod extreme;
 mod info;
