@@ -6,7 +6,7 @@ use glam::Vec3;
 use super::{args::RenderArgs, exit::Failure, pictures::Outputs};
 use crate::{
     film::{Half, Image, Samples},
-    render::Renderer,
+    render::{Data, Renderer},
 };
 
 /// Data layers as channels of the .exr file.
@@ -80,7 +80,8 @@ impl DataArgs {
         let mut sets = self.data.clone();
         sets.sort_unstable();
         sets.dedup();
-        let seen = sets.iter().any(|set| *set <= DataSet::Samples).then(|| renderer.data()).unwrap_or_default();
+        let needs_rays = sets.iter().any(|set| *set <= DataSet::Samples);
+        let seen = if needs_rays { renderer.data() } else { Data::default() };
         let mut channels = Channels(Vec::new());
         for set in sets {
             match set {
