@@ -208,11 +208,15 @@ impl<'a> Renderer<'a> {
 
     /// Adds one sample per pixel, on the current rayon pool. The sums do not depend on the pool.
     pub fn pass(&mut self) {
-        self.pass_where(&|_| true);
+        self.pass_of(None);
     }
 
     /// The same with only those paths deposited for which `keep` holds: a predicate on paths makes an image of its own.
-    pub fn pass_where<K: Fn(&JoinedPath) -> bool + Sync>(&mut self, keep: &K) {
+    pub fn pass_where(&mut self, keep: &Predicate<'_>) {
+        self.pass_of(Some(keep));
+    }
+
+    fn pass_of(&mut self, keep: Option<&Predicate<'_>>) {
         let half = Half::of_pass(self.passes.end);
         self.run(|renderer| ToFilm { renderer, half, keep });
         self.passes.end += 1;
@@ -443,17 +447,21 @@ struct LayerFilms<'a> {
     films: Vec<Film>,
 }
 
+/// See [`Renderer::pass_where`]. Not a type of its own for each predicate: all of the core is compiled for each of them.
+pub type Predicate<'a> = dyn Fn(&JoinedPath) -> bool + Sync + 'a;
+
 /// Brings the paths that are to be kept to the film, and to their layers.
-struct ToFilm<'a, K> {
+struct ToFilm<'a> {
     renderer: &'a Renderer<'a>,
     half: Half,
-    keep: &'a K,
+    /// All, where it is `None`.
+    keep: Option<&'a Predicate<'a>>,
 }
 
-impl<K: Fn(&JoinedPath) -> bool> Collector for ToFilm<'_, K> {
+impl Collector for ToFilm<'_> {
     #[inline(always)]
     fn collect(&mut self, path: &JoinedPath, value: Rgb) {
-        if (self.keep)(path) {
+        if self.keep.is_none_or(|keep| keep(path)) {
             self.renderer.film.deposit(path.raster(), value, self.half);
             if let Some(LayerFilms { layers, films }) = &self.renderer.layers {
                 layers.deposit(self.renderer.scene, path, value, self.half, films);
