@@ -23,7 +23,7 @@ pub use self::{
 use crate::{
     film::{Coverage, Crop, Film, FixedPoint, Half, Sums},
     instructions::Instructions,
-    integrator::{Integrator, IntegratorKind, Samplers, Scratch, Sink, Splats, Unit, Weighting},
+    integrator::{ConnectionRoulette, Integrator, IntegratorKind, Samplers, Scratch, Sink, Splats, Unit, Weighting},
     layers::Layers,
     math::Rgb,
     path::{Densities, JoinedPath, Roulette, Strategy, Technique},
@@ -58,8 +58,12 @@ pub struct Settings {
     pub min_depth: u32,
     /// Next-event samples at each vertex of a camera subpath.
     pub light_samples: u32,
+    /// Into how many a camera subpath splits at its first surface.
+    pub splits: u32,
     /// When Russian roulette may end a subpath.
     pub roulette: Roulette,
+    /// Russian roulette on connections, with a threshold in units of [`Scene::spread_radiance`].
+    pub connection_roulette: Option<ConnectionRoulette>,
     /// The deposits of one strategy only, and how they are weighted.
     pub only: Option<(Strategy, Weighting)>,
     /// Where random numbers come from.
@@ -87,7 +91,9 @@ impl Settings {
             max_depth: 16,
             min_depth: 1,
             light_samples: 1,
+            splits: 1,
             roulette: Roulette::default(),
+            connection_roulette: None,
             only: None,
             sampler: SamplerKind::default(),
             seed: 0,
@@ -108,11 +114,14 @@ pub struct Renderer<'a> {
     /// Of a transparent background.
     coverage: Option<Coverage>,
     layers: Option<LayerFilms<'a>>,
+    /// The paths that are in the image; all, where it is `None`.
+    keep: Option<&'a Predicate<'a>>,
     /// The first pass of this part of the render, and the next one.
     passes: Range<u32>,
     samples: AtomicU64,
     /// In the order of [`Rays`].
     rays: [AtomicU64; 3],
+    spared: AtomicU64,
     rejected: Mutex<BTreeMap<Technique, u64>>,
 }
 
@@ -132,6 +141,13 @@ impl<'a> Renderer<'a> {
         };
         if settings.light_samples != 1 {
             integrator = integrator.with_light_samples(settings.light_samples);
+        }
+        if settings.splits != 1 {
+            integrator = integrator.with_splits(settings.splits);
+        }
+        if let Some(roulette) = settings.connection_roulette {
+            let threshold = (f64::from(roulette.threshold) * scene.spread_radiance()) as f32;
+            integrator = integrator.with_connection_roulette(ConnectionRoulette { threshold, ..roulette });
         }
         if let Some((strategy, weighting)) = settings.only {
             integrator = integrator.only(strategy, weighting);
@@ -157,9 +173,11 @@ impl<'a> Renderer<'a> {
             film,
             coverage,
             layers: None,
+            keep: None,
             passes: 0..0,
             samples: AtomicU64::new(0),
             rays: Default::default(),
+            spared: AtomicU64::new(0),
             rejected: Mutex::default(),
         }
     }
@@ -171,6 +189,12 @@ impl<'a> Renderer<'a> {
         let film = || Film::new(self.scene.camera.sensor(), crop, filter, self.film.scale());
         let films = std::iter::repeat_with(film).take(layers.len()).collect();
         Self { layers: Some(LayerFilms { layers, films }), ..self }
+    }
+
+    /// Leaves out of the image, and of its layers, every path for which `keep` does not hold.
+    #[must_use]
+    pub fn keeping(self, keep: &'a Predicate<'a>) -> Self {
+        Self { keep: Some(keep), ..self }
     }
 
     /// The films of the layers, in the order of [`Layers::names`]; none without layers.
@@ -199,7 +223,7 @@ impl<'a> Renderer<'a> {
     pub fn resumed(self, passes: Range<u32>, done: &Statistics) -> Self {
         let this = Self { passes, ..self };
         this.samples.fetch_add(done.samples, Relaxed);
-        this.count(done.rays);
+        this.count(done.rays, done.spared);
         for (technique, count) in &done.rejected {
             *this.rejected.lock().unwrap_or_else(|e| e.into_inner()).entry(*technique).or_default() += count;
         }
@@ -208,10 +232,11 @@ impl<'a> Renderer<'a> {
 
     /// Adds one sample per pixel, on the current rayon pool. The sums do not depend on the pool.
     pub fn pass(&mut self) {
-        self.pass_of(None);
+        self.pass_of(self.keep);
     }
 
-    /// The same with only those paths deposited for which `keep` holds: a predicate on paths makes an image of its own.
+    /// The same with only those paths deposited for which `keep` holds, in place of [`Renderer::keeping`]: a predicate on paths makes an
+    /// image of its own.
     pub fn pass_where(&mut self, keep: &Predicate<'_>) {
         self.pass_of(Some(keep));
     }
@@ -245,14 +270,14 @@ impl<'a> Renderer<'a> {
             .map_init(
                 || self.integrator.scratch(),
                 |scratch, tile| {
-                    let mut sink = TaskSink { renderer: self, rays: Rays::default(), collector: new(self) };
+                    let mut sink = TaskSink { renderer: self, rays: Rays::default(), spared: 0, collector: new(self) };
                     let samples = match Instructions::detect() {
                         Instructions::Portable => self.tile::<S>(tile, scratch, &mut sink),
                         // SAFETY: a value of `Avx2` exists only where the processor has it.
                         #[cfg(target_arch = "x86_64")]
                         Instructions::Avx2(_) => unsafe { self.tile_avx2::<S>(tile, scratch, &mut sink) },
                     };
-                    self.count(sink.rays);
+                    self.count(sink.rays, sink.spared);
                     self.samples.fetch_add(samples, Relaxed);
                     sink.collector
                 },
@@ -354,10 +379,11 @@ impl<'a> Renderer<'a> {
         let rejected = self.rejected.lock().unwrap_or_else(|e| e.into_inner()).clone();
         let [camera, light, visibility] = [0, 1, 2].map(|kind: usize| self.rays[kind].load(Relaxed));
         let rays = Rays { camera, light, visibility };
-        Statistics { samples: self.samples.load(Relaxed), rays, rejected }
+        Statistics { samples: self.samples.load(Relaxed), rays, spared: self.spared.load(Relaxed), rejected }
     }
 
-    fn count(&self, rays: Rays) {
+    fn count(&self, rays: Rays, spared: u64) {
+        self.spared.fetch_add(spared, Relaxed);
         let Rays { camera, light, visibility } = rays;
         for (sum, count) in self.rays.iter().zip([camera, light, visibility]) {
             sum.fetch_add(count, Relaxed);
@@ -474,6 +500,7 @@ impl Collector for ToFilm<'_> {
 struct TaskSink<'a, C> {
     renderer: &'a Renderer<'a>,
     rays: Rays,
+    spared: u64,
     collector: C,
 }
 
@@ -499,6 +526,11 @@ impl<C: Collector> Sink for TaskSink<'_, C> {
     #[inline]
     fn shadow_ray(&mut self) {
         self.rays.visibility += 1;
+    }
+
+    #[inline]
+    fn spared_ray(&mut self) {
+        self.spared += 1;
     }
 
     #[inline]

@@ -38,6 +38,8 @@ pub fn killers(mistake: Mistake) -> &'static [Test] {
         NoCosineInArea | NoDistanceInArea => &[ZOO],
         NoCoverageInArea => &[VEILS],
         EmissionTwice | RouletteUndivided | RouletteInDensities | PointsShown => &[ZOO],
+        TentativeUndivided => &[Transport("options::roulette_on_connections_changes_no_image")],
+        SplitsUncounted => &[Transport("options::split_paths_change_no_image")],
         LightsTwice => &[Transport("textures::a_textured_emitter_lights_a_point_as_its_texels_say")],
         NoLightChoice => &[Transport("textures::the_density_over_a_textured_emitter_integrates_to_one")],
         HeuristicHalfSquared => &[Lib("path::mis::tests::weights_over_the_table_sum_to_one")],

@@ -11,16 +11,21 @@ use super::{
     layers::LayerArgs,
     progress::{MOST_PASSES, Style},
     terminal::Verbosity,
-    values::{self, Bytes, LookAt, Shard},
+    values::{self, Bytes, LookAt, Preset, Shard},
 };
 use crate::{
     film::Crop,
-    integrator::IntegratorKind,
+    integrator::{ConnectionRoulette, IntegratorKind},
     io::{Limits, LoadOptions, Outside},
+    layers::Expression,
     path::{Roulette, Strategy},
     sampling::{Filter, SamplerKind},
-    scene::{bsdf::Directions, geometry::BuildEffort},
+    scene::{bsdf::Directions, geometry::BuildEffort, light::LightChoice},
 };
+
+// A constant and no comment: rustdoc takes brackets for links.
+const PATHS: &str =
+    "Only the paths that a light path expression holds for, as with --layer: 'C.*[DG]S+L' renders caustics alone";
 
 /// Larger images are refused: pixels are numbered by 32 bits, padding included.
 const LARGEST_SIDE: i64 = 32_768;
@@ -68,9 +73,30 @@ pub(super) struct RenderArgs {
     #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..=255))]
     pub(super) min_depth: u32,
 
-    /// Samples of the lights at each vertex of a camera path
-    #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..=1024))]
-    pub(super) light_samples: u32,
+    /// A choice of paths: direct light alone (direct: --max-depth 2), or with what mirrors and glass show of it (whitted: --paths
+    /// 'CS*[DG]?L')
+    #[arg(long, value_name = "NAME", value_parser = values::preset())]
+    pub(super) preset: Option<Preset>,
+
+    #[arg(long = "paths", value_name = "EXPR", value_parser = Expression::parse, conflicts_with = "preset", help = PATHS)]
+    pub(super) kept: Option<Expression>,
+
+    /// Samples of the lights at each vertex of a camera path [default: 1]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1024))]
+    pub(super) light_samples: Option<u32>,
+
+    /// Split camera paths at their first surface into so many, each with a direction and a rest of its own [default: 1]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1024))]
+    pub(super) splits: Option<u32>,
+
+    /// So many rays at the first surface of each kind that the integrator has: --light-samples N and --splits N
+    #[arg(long, value_name = "N", conflicts_with_all = ["light_samples", "splits"], value_parser = clap::value_parser!(u32).range(1..=1024))]
+    pub(super) rays: Option<u32>,
+
+    /// Russian roulette before the rays of connections: what would contribute less than T is ended with the probability P, such as
+    /// 0.1,50%. T is in units of what all surfaces would show if the lights' power were spread evenly over them [default: off]
+    #[arg(long, value_name = "T,P", allow_hyphen_values = true, value_parser = values::connection_roulette)]
+    pub(super) connection_roulette: Option<ConnectionRoulette>,
 
     /// Random numbers: independent of each other, or evenly distributed over a pixel's samples (sobol) [default: sobol; independent
     /// with -i light]
@@ -278,9 +304,16 @@ pub(super) struct PathArgs {
     #[arg(long, value_name = "N", default_value_t = 16, value_parser = clap::value_parser!(u32).range(1..=255))]
     pub(super) max_depth: u32,
 
-    /// Russian roulette from this number of edges on, or 'off' [default: 2 where light paths are walked, else 4; verify: 4]
+    /// Russian roulette from this number of edges on, or 'off': by what a step keeps (reflectance:DEPTH, or DEPTH alone), or by what the path
+    /// has kept so far (throughput:DEPTH) [default: 2 where light paths are walked, else 4; verify: 4]
     #[arg(long, value_name = "off|DEPTH", value_parser = values::roulette)]
     pub(super) roulette: Option<Roulette>,
+
+    /// Which lights a vertex of a camera path samples: each of them (all), or one, uniformly, by kind and power, or by what each could send
+    /// there (tree); -i area: points of emitters by area (uniform) or power [default: tree where there are more than two lights with a
+    /// place, else power]
+    #[arg(long, value_name = "CHOICE", value_parser = values::lights())]
+    pub(super) lights: Option<LightChoice>,
 
     /// Seed of all random numbers
     #[arg(long, value_name = "S", default_value_t = 0)]

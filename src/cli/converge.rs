@@ -94,6 +94,8 @@ pub(super) fn run(args: &ConvergeArgs) -> Result<Exit, Failure> {
     args.size.check_memory(films * Film::memory(Crop::full(sensor).pixels()), Crop::full(sensor))?;
     let scene_hash = opened.loaded.hash.clone();
     let (scene, _) = opened.into_scene(&args.scene, sensor, terminal)?;
+    let lights = args.paths.lights.unwrap_or_else(|| scene.lights().suitable_choice());
+    let scene = scene.choosing_lights(lights);
 
     let budget = args.spp.map_or(Budget::Time(args.time.unwrap_or(DEFAULT_TIME)), Budget::Passes);
     let longer = match budget {

@@ -6,12 +6,12 @@ use std::collections::BTreeMap;
 use super::passes::Passes;
 use crate::{
     film::{Crop, Film, FixedPoint, Header},
-    integrator::Weighting,
+    integrator::{ConnectionRoulette, Weighting},
     io::{NamedCamera, ThinLens, View},
     path::Roulette,
     render::{Background, Settings},
     sampling::Filter,
-    scene::{bsdf::Directions, camera::Sensor},
+    scene::{bsdf::Directions, camera::Sensor, light::LightChoice},
 };
 
 /// The instructions that the arithmetic uses. Images are comparable to the bit only within one such path.
@@ -25,6 +25,10 @@ pub(super) struct Job<'a> {
     pub(super) camera: &'a NamedCamera,
     pub(super) sensor: Sensor,
     pub(super) settings: &'a Settings,
+    /// How next-event estimation chooses.
+    pub(super) lights: LightChoice,
+    /// The expression of the paths that are in the image, if not all are.
+    pub(super) paths: Option<String>,
     /// The environment, if the options or their absence chose one.
     pub(super) environment: Option<String>,
 }
@@ -52,6 +56,18 @@ pub(super) fn settings(job: &Job<'_>, scale: FixedPoint) -> BTreeMap<String, Str
     }
     if settings.light_samples != 1 {
         attributes.push(("light-samples", settings.light_samples.to_string()));
+    }
+    if settings.splits != 1 {
+        attributes.push(("splits", settings.splits.to_string()));
+    }
+    if let Some(ConnectionRoulette { threshold, end }) = settings.connection_roulette {
+        attributes.push(("connection-roulette", format!("{threshold},{end}")));
+    }
+    if job.lights != LightChoice::default() {
+        attributes.push(("lights", job.lights.to_string()));
+    }
+    if let Some(paths) = &job.paths {
+        attributes.push(("paths", paths.clone()));
     }
     if settings.hemisphere != Directions::Bsdf {
         attributes.push(("hemisphere", settings.hemisphere.name().to_owned()));
@@ -121,6 +137,7 @@ fn roulette(roulette: Roulette) -> String {
     match roulette {
         Roulette::Off => "off".to_owned(),
         Roulette::FromDepth(depth) => depth.to_string(),
+        Roulette::ByThroughput(depth) => format!("throughput:{depth}"),
     }
 }
 

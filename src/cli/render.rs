@@ -22,18 +22,21 @@ use super::{
     saved,
     stats::{self, Phases, Stats},
     terminal::Terminal,
-    values::Shard,
+    values::{Preset, Shard},
     viewer::Viewer,
 };
 use crate::{
     film::{Contents, Coverage, Crop, Exposure, Film, Header},
     integrator::{IntegratorKind, Weighting},
-    path::Strategy,
+    layers::{Expression, PathClasses},
+    path::{JoinedPath, Strategy},
     render::{Background, Renderer, Settings},
-    scene::camera::Sensor,
+    scene::{Scene, camera::Sensor, light::LightChoice},
 };
 
 const DEFAULT_SPP: u32 = 64;
+/// What a ray tracer of 1980 shows (Whitted, *An Improved Illumination Model for Shaded Display*).
+const WHITTED: &str = "CS*[DG]?L";
 /// With `--noise`: some images have tiles that never become quiet.
 const MOST_FOR_NOISE: u32 = 1 << 16;
 const DEFAULT_WIDTH: u32 = 512;
@@ -52,8 +55,9 @@ pub(super) fn run(args: &RenderArgs) -> Result<Exit, Failure> {
         let name = args.integrator;
         return Err(Failure::usage(format!("--hemisphere says how -i path-hemisphere samples, and this is -i {name}")));
     }
-    if args.min_depth > args.paths.max_depth {
-        let (least, most) = (args.min_depth, args.paths.max_depth);
+    refuse_needless(args)?;
+    if args.min_depth > max_depth(args) {
+        let (least, most) = (args.min_depth, max_depth(args));
         return Err(Failure::usage(format!("no path has {least} edges or more and {most} at most: raise --max-depth")));
     }
     let outputs = outputs(args)?;
@@ -71,8 +75,13 @@ pub(super) fn run(args: &RenderArgs) -> Result<Exit, Failure> {
     check_memory(args, &settings)?;
     let (view, shown, scene_hash) = (opened.view.clone(), opened.shown, opened.loaded.hash.clone());
     let (scene, environment) = opened.into_scene(&args.scene, sensor, terminal)?;
-    let job = Job { scene_hash, shown, camera: &view, sensor, settings: &settings, environment };
-    foretell(&job, &scene, args.paths.max_depth, terminal);
+    let lights = args.paths.lights.unwrap_or_else(|| args.integrator.choice_among(scene.lights()));
+    let scene = scene.choosing_lights(lights);
+    let kept = kept(args, &scene)?;
+    let keep = |path: &JoinedPath| kept.as_ref().is_none_or(|(_, kept)| kept.holds(&scene, path));
+    let paths = kept.as_ref().map(|(text, _)| text.clone());
+    let job = Job { scene_hash, shown, camera: &view, sensor, settings: &settings, lights, paths, environment };
+    foretell(&job, &scene, max_depth(args), terminal);
 
     let Wanted { passes, goal, whole } = wanted(args);
     let renderer = pool.install(|| Renderer::new(&scene, &settings));
@@ -81,6 +90,7 @@ pub(super) fn run(args: &RenderArgs) -> Result<Exit, Failure> {
     args.layers.record(&mut recorded);
     let layers = args.layers.choose(args, &scene, &renderer)?;
     let renderer = if layers.is_empty() { renderer } else { renderer.with_layers(&layers) };
+    let renderer = if kept.is_some() { renderer.keeping(&keep) } else { renderer };
     let mut renderer = match &args.part.resume {
         None => renderer.starting_at(passes.start),
         Some(path) => saved::resume(renderer, path, sensor, &recorded, passes)?,
@@ -143,6 +153,51 @@ pub(super) fn run(args: &RenderArgs) -> Result<Exit, Failure> {
     Ok(ended.exit())
 }
 
+/// The longest paths, in edges.
+fn max_depth(args: &RenderArgs) -> u32 {
+    if args.preset == Some(Preset::Direct) { 2 } else { args.paths.max_depth }
+}
+
+/// The paths that are in the image, with their expression; `None` for all.
+fn kept(args: &RenderArgs, scene: &Scene) -> Result<Option<(String, PathClasses)>, Failure> {
+    let whitted = || Expression::parse(WHITTED).map_err(|error| Failure::usage(error.to_string()));
+    let expression = match args.preset {
+        Some(Preset::Whitted) => Some(whitted()?),
+        _ => args.kept.clone(),
+    };
+    let compile = |expression: Expression| {
+        let classes = PathClasses::new(&expression, scene);
+        Ok((expression.to_string(), classes.map_err(|error| Failure::usage(format!("--paths: {error}")))?))
+    };
+    expression.map(compile).transpose()
+}
+
+/// Refuses options that the integrator has no use for: somebody expects something of them.
+fn refuse_needless(args: &RenderArgs) -> Result<(), Failure> {
+    use IntegratorKind::{Area, Light, PathHemisphere};
+    let name = args.integrator;
+    let none = |what: &str| Err(Failure::usage(format!("-i {name} {what}")));
+    if args.splits.is_some() && matches!(name, Light | Area) {
+        return none("walks no paths from the camera that --splits could split");
+    }
+    if (args.light_samples.is_some() || args.paths.lights.is_some()) && matches!(name, Light | PathHemisphere) {
+        return none("samples no lights at the vertices of a path: --light-samples and --lights are for others");
+    }
+    if args.light_samples.is_some() && name == Area {
+        return none("takes one sample of each length of paths: --light-samples is for others");
+    }
+    if args.connection_roulette.is_some() && matches!(name, PathHemisphere | Area) {
+        return none("has no connections that --connection-roulette could end");
+    }
+    if name == Area && matches!(args.paths.lights, Some(LightChoice::All | LightChoice::Tree)) {
+        return none("draws points of all emitters: --lights uniform or power");
+    }
+    if args.rays.is_some() && matches!(name, Light | Area) {
+        return none("has no rays at the first surface that --rays could count");
+    }
+    Ok(())
+}
+
 /// The image's name in a viewer.
 fn shown_as(args: &RenderArgs) -> String {
     let scene = args.scene.file.file_stem().unwrap_or_default().to_string_lossy();
@@ -189,12 +244,12 @@ fn only(args: &RenderArgs) -> Result<Option<(Strategy, Weighting)>, Failure> {
             "area sampling has no strategies (s,t): leave --only-strategy out, or choose -i bdpt",
         ));
     }
-    if strategy.s + strategy.t - 1 > args.paths.max_depth {
+    if strategy.s + strategy.t - 1 > max_depth(args) {
         let Strategy { s, t } = strategy;
         let edges = s + t - 1;
         return Err(Failure::usage(format!(
             "strategy ({s},{t}) makes paths of {edges} edges, more than --max-depth {}",
-            args.paths.max_depth
+            max_depth(args)
         )));
     }
     Ok(Some((strategy, if args.unweighted { Weighting::Unweighted } else { Weighting::Weighted })))
@@ -234,12 +289,16 @@ fn crop(args: &RenderArgs, sensor: Sensor) -> Result<Crop, Failure> {
 }
 
 fn settings(args: &RenderArgs, crop: Crop, only: Option<(Strategy, Weighting)>) -> Settings {
+    let samples_lights = args.integrator != IntegratorKind::PathHemisphere;
+    let follows_directions = args.integrator != IntegratorKind::PathLight;
     Settings {
         integrator: args.integrator,
         hemisphere: args.hemisphere.unwrap_or_default(),
-        max_depth: args.paths.max_depth.min(args.integrator.longest_path()),
+        max_depth: max_depth(args).min(args.integrator.longest_path()),
         min_depth: args.min_depth,
-        light_samples: args.light_samples,
+        light_samples: args.rays.filter(|_| samples_lights).or(args.light_samples).unwrap_or(1),
+        splits: args.rays.filter(|_| follows_directions).or(args.splits).unwrap_or(1),
+        connection_roulette: args.connection_roulette,
         roulette: args.paths.roulette.unwrap_or(args.integrator.roulette()),
         only,
         sampler: args.sampler.unwrap_or(args.integrator.sampler()),

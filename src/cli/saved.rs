@@ -120,6 +120,7 @@ const SAMPLES: &str = "samples";
 const CAMERA_RAYS: &str = "rays.camera";
 const LIGHT_RAYS: &str = "rays.light";
 const VISIBILITY_RAYS: &str = "rays.visibility";
+const SPARED_RAYS: &str = "rays.spared";
 const REJECTED: &str = "rejected";
 
 /// The statistics as text: integers, so that those of parts can be added as the parts can.
@@ -136,6 +137,7 @@ pub(super) fn counts(statistics: &Statistics) -> BTreeMap<String, String> {
         (CAMERA_RAYS, camera.to_string()),
         (LIGHT_RAYS, light.to_string()),
         (VISIBILITY_RAYS, visibility.to_string()),
+        (SPARED_RAYS, statistics.spared.to_string()),
         (REJECTED, rejected),
     ];
     all.into_iter().map(|(name, value)| (name.to_owned(), value)).collect()
@@ -155,7 +157,7 @@ pub(super) fn statistics(counts: &BTreeMap<String, String>) -> Option<Statistics
     }
     let count = |name: &str| counts.get(name)?.parse().ok();
     let rays = Rays { camera: count(CAMERA_RAYS)?, light: count(LIGHT_RAYS)?, visibility: count(VISIBILITY_RAYS)? };
-    Some(Statistics { samples: count(SAMPLES)?, rays, rejected })
+    Some(Statistics { samples: count(SAMPLES)?, rays, spared: count(SPARED_RAYS)?, rejected })
 }
 
 #[cfg(test)]
@@ -181,7 +183,7 @@ mod tests {
         let rejected = [(Technique::Area, 3), (Technique::Bidirectional(Strategy { s: 2, t: 13 }), 1)];
         for rejected in [BTreeMap::new(), rejected.into()] {
             let rays = Rays { camera: 7, light: 0, visibility: u64::MAX };
-            let all = Statistics { samples: 1 << 40, rays, rejected };
+            let all = Statistics { samples: 1 << 40, rays, spared: 5, rejected };
             assert_eq!(statistics(&counts(&all)), Some(all));
         }
     }

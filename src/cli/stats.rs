@@ -98,6 +98,7 @@ impl Stats<'_> {
                 "light": rays.light,
                 "visibility": rays.visibility,
                 "all": rays.total(),
+                "spared": statistics.spared,
             },
             "this_run": {
                 "samples": ended.moment.samples,

@@ -9,12 +9,16 @@ use super::progress::Style;
 use crate::{
     compare::Metric,
     film::Crop,
-    integrator::IntegratorKind,
+    integrator::{ConnectionRoulette, IntegratorKind},
     io::Limits,
     math::Rgb,
     path::{Roulette, Strategy},
     sampling::{Filter, SamplerKind},
-    scene::{bsdf::Directions, geometry::BuildEffort, light::BRIGHTEST},
+    scene::{
+        bsdf::Directions,
+        geometry::BuildEffort,
+        light::{BRIGHTEST, LightChoice},
+    },
 };
 
 /// `--look-at`: where a camera stands, what it looks at, and its vertical field of view in radians.
@@ -46,6 +50,26 @@ impl Shard {
     }
 }
 
+/// `--preset`: a choice of paths by name.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Preset {
+    /// Direct light: paths of two edges at most.
+    Direct,
+    /// Direct light, and what mirrors and glass show of it.
+    Whitted,
+}
+
+impl Preset {
+    const ALL: [Self; 2] = [Self::Direct, Self::Whitted];
+
+    fn name(self) -> &'static str {
+        match self {
+            Self::Direct => "direct",
+            Self::Whitted => "whitted",
+        }
+    }
+}
+
 pub(super) fn integrator() -> impl TypedValueParser<Value = IntegratorKind> {
     PossibleValuesParser::new(IntegratorKind::ALL.map(IntegratorKind::name))
         .try_map(|name| name.parse::<IntegratorKind>())
@@ -60,6 +84,16 @@ pub(super) fn comparable() -> impl TypedValueParser<Value = IntegratorKind> {
 pub(super) fn directions() -> impl TypedValueParser<Value = Directions> {
     PossibleValuesParser::new(Directions::ALL.map(Directions::name))
         .try_map(|name| Directions::ALL.into_iter().find(|rule| rule.name() == name).ok_or("no such rule"))
+}
+
+pub(super) fn lights() -> impl TypedValueParser<Value = LightChoice> {
+    PossibleValuesParser::new(LightChoice::ALL.map(LightChoice::name))
+        .try_map(|name| LightChoice::ALL.into_iter().find(|choice| choice.name() == name).ok_or("no such choice"))
+}
+
+pub(super) fn preset() -> impl TypedValueParser<Value = Preset> {
+    PossibleValuesParser::new(Preset::ALL.map(Preset::name))
+        .try_map(|name| Preset::ALL.into_iter().find(|preset| preset.name() == name).ok_or("no such preset"))
 }
 
 pub(super) fn effort() -> impl TypedValueParser<Value = BuildEffort> {
@@ -213,13 +247,33 @@ pub(super) fn look_at(text: &str) -> Result<LookAt, String> {
     Ok(LookAt { eye, target, yfov: yfov.map(f32::to_radians) })
 }
 
-/// `off` or a number of edges.
+/// `off`, or a number of edges, perhaps with the rule before it.
 pub(super) fn roulette(text: &str) -> Result<Roulette, String> {
     if text == "off" {
         return Ok(Roulette::Off);
     }
-    let depth = text.parse::<u8>().map_err(|_| "'off' or a number of edges up to 255".to_owned())?;
-    Ok(Roulette::FromDepth(depth.into()))
+    let known = || "'off', or a number of edges up to 255, alone or as reflectance:N or throughput:N".to_owned();
+    let (rule, depth) = text.split_once(':').unwrap_or(("reflectance", text));
+    let depth: u8 = depth.parse().map_err(|_| known())?;
+    match rule {
+        "reflectance" => Ok(Roulette::FromDepth(depth.into())),
+        "throughput" => Ok(Roulette::ByThroughput(depth.into())),
+        _ => Err(known()),
+    }
+}
+
+/// `0.1,50%`: a threshold, and the probability to end what lies below it.
+pub(super) fn connection_roulette(text: &str) -> Result<ConnectionRoulette, String> {
+    let known = || "roulette on connections is written like 0.1,50%, with a probability below 100%".to_owned();
+    let (threshold, end) = text.split_once(',').ok_or_else(known)?;
+    let threshold: f32 = threshold.trim().parse().map_err(|_| known())?;
+    let end = match end.trim().strip_suffix('%') {
+        Some(percent) => percent.trim().parse::<f32>().map(|percent| percent / 100.0),
+        None => end.trim().parse(),
+    };
+    let end = end.map_err(|_| known())?;
+    let usable = threshold > 0.0 && threshold.is_finite() && (0.0..1.0).contains(&end);
+    if usable { Ok(ConnectionRoulette { threshold, end }) } else { Err(known()) }
 }
 
 /// `R,G,B`, or one number for all three: a radiance.
@@ -330,6 +384,14 @@ mod tests {
     fn single_values_are_checked() {
         assert_eq!(roulette("off"), Ok(Roulette::Off));
         assert_eq!(roulette("4"), Ok(Roulette::FromDepth(4)));
+        assert_eq!(roulette("throughput:2"), Ok(Roulette::ByThroughput(2)));
+        assert_eq!(roulette("reflectance:0"), Ok(Roulette::FromDepth(0)));
+        assert!(roulette("luck:2").is_err() && roulette("throughput").is_err() && roulette("throughput:off").is_err());
+        let half = ConnectionRoulette { threshold: 0.25, end: 0.5 };
+        assert_eq!((connection_roulette("0.25,50%"), connection_roulette("0.25, 0.5")), (Ok(half), Ok(half)));
+        for bad in ["", "1", "0,50%", "-1,0.5", "1,100%", "1,1", "nan,0.5", "1,nan", "1,-0.1", "inf,0.5", "1,2,3"] {
+            assert!(connection_roulette(bad).is_err(), "{bad}");
+        }
         assert!(roulette("-1").is_err() && roulette("on").is_err() && roulette("256").is_err());
         assert_eq!(finite("-1.5"), Ok(-1.5));
         assert_eq!(radiance("0.5"), Ok(Rgb::splat(0.5)));

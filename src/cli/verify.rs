@@ -94,6 +94,8 @@ pub(super) fn run(args: &VerifyArgs) -> Result<Exit, Failure> {
     args.size.check_memory(FILMS * plan.integrators.len() as u64 * Film::memory(pixels.pixels()), pixels)?;
     let scene_hash = opened.loaded.hash.clone();
     let (scene, environment) = opened.into_scene(&args.scene, sensor, terminal)?;
+    let lights = args.paths.lights.unwrap_or_else(|| scene.lights().suitable_choice());
+    let scene = scene.choosing_lights(lights);
     let job = Job { plan, sensor, scene_hash, environment };
 
     let mut progress = Progress::new(Style::Auto, terminal);

@@ -22,7 +22,7 @@ pub(super) fn describe(job: &Job, report: &Report) -> Value {
     };
     let roulette = match plan.roulette {
         Roulette::Off => None,
-        Roulette::FromDepth(depth) => Some(depth),
+        Roulette::FromDepth(depth) | Roulette::ByThroughput(depth) => Some(depth),
     };
     let integrators = report.integrators.iter().map(|one| {
         let classes = one.uncovered_classes.iter().map(|(class, part)| json!({ "class": class.name(), "share": part }));

@@ -11,13 +11,14 @@ mod path_light;
 use std::{fmt, str::FromStr};
 
 use crate::{
-    math::Rgb,
+    math::{Rgb, luminance},
     path::{Densities, Heuristic, JoinedPath, LightVertices, Roulette, Step, Strategy, Subpath, Technique, Techniques},
     sampling::{Block, Sampler, SamplerKind},
     scene::{
         Scene,
         bsdf::{Directions, Transport},
         camera::{Raster, Sensor},
+        light::{LightChoice, Lights},
     },
 };
 
@@ -93,6 +94,14 @@ impl IntegratorKind {
         if self.traces_from_lights() { Roulette::FromDepth(2) } else { Roulette::default() }
     }
 
+    /// How it chooses among these lights with the least noise in the same time.
+    pub fn choice_among(self, lights: &Lights) -> LightChoice {
+        match self {
+            Self::Area => LightChoice::Power,
+            _ => lights.suitable_choice(),
+        }
+    }
+
     /// Whether a pass finds paths that may land anywhere on the image.
     pub fn traces_from_lights(self) -> bool {
         match self {
@@ -156,6 +165,18 @@ pub struct Integrator {
     weighed: Techniques,
     heuristic: Heuristic,
     roulette: Roulette,
+    connections: Option<ConnectionRoulette>,
+}
+
+/// Russian roulette on connections, before their ray (lecture, *Russian roulette*): what would contribute less than a threshold, were
+/// nothing in the way, is looked at with a probability only, and counts for the rest.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ConnectionRoulette {
+    /// A weighted contribution to a pixel, w F/(n p) with V = 1, luminance. [`Integrator::with_connection_roulette`] takes it as an
+    /// absolute radiance.
+    pub threshold: f32,
+    /// The probability to end what contributes less, in [0, 1).
+    pub end: f32,
 }
 
 impl Integrator {
@@ -172,7 +193,7 @@ impl Integrator {
 
     /// An integrator of one's own.
     pub fn from_table(table: Techniques, heuristic: Heuristic, roulette: Roulette) -> Self {
-        Self { evaluated: table.clone(), weighed: table, heuristic, roulette }
+        Self { evaluated: table.clone(), weighed: table, heuristic, roulette, connections: None }
     }
 
     /// The same integrator with so many next-event samples at each camera vertex: n_{1,t} of the lecture's light-area sampling.
@@ -180,6 +201,19 @@ impl Integrator {
     pub fn with_light_samples(self, samples: u32) -> Self {
         let more = |table: &Techniques| table.with_light_samples(samples);
         Self { evaluated: more(&self.evaluated), weighed: more(&self.weighed), ..self }
+    }
+
+    /// The same integrator with camera subpaths that split at their first surface: see [`Techniques::with_splits`].
+    #[must_use]
+    pub fn with_splits(self, splits: u32) -> Self {
+        let split = |table: &Techniques| table.with_splits(splits);
+        Self { evaluated: split(&self.evaluated), weighed: split(&self.weighed), ..self }
+    }
+
+    /// The same integrator with roulette on its connections, next-event rays among them.
+    #[must_use]
+    pub fn with_connection_roulette(self, roulette: ConnectionRoulette) -> Self {
+        Self { connections: Some(roulette), ..self }
     }
 
     /// The same integrator with the deposits of one strategy only.
@@ -255,6 +289,9 @@ pub trait Sink {
     /// A connection's ray was traced.
     fn shadow_ray(&mut self) {}
 
+    /// Roulette ended a connection before its ray.
+    fn spared_ray(&mut self) {}
+
     /// A subpath was walked, from the camera (radiance) or from a light (importance), with this many rays.
     fn walked(&mut self, _transport: Transport, _rays: usize) {}
 }
@@ -304,7 +341,8 @@ impl Integrator {
                 for k in 0..self.evaluated.multiplicity(Strategy { s: s as u32, t: 1 }) {
                     samplers.lens.start(Block::repeated(s as u32 - 1, k));
                     if lens.put_lens_towards(scene, &y.vertex.point, samplers.lens) {
-                        self.consider(JoinedPath::inner(scene, lens.steps(), light, s, anywhere), sink);
+                        let path = JoinedPath::inner(scene, lens.steps(), light, s, anywhere);
+                        self.consider(path, || samplers.lens.next_1d(), sink);
                     }
                 }
             }
@@ -312,7 +350,7 @@ impl Integrator {
         if unit.splats == Splats::Yes {
             for _ in 0..self.evaluated.area() {
                 for n in 1..=self.evaluated.max_depth() {
-                    self.consider(area::draw(scene, n, drawn, samplers.connection), sink);
+                    self.consider(area::draw(scene, n, drawn, samplers.connection), || 0.0, sink);
                 }
             }
         }
@@ -320,44 +358,70 @@ impl Integrator {
         if self.evaluated.camera_vertices() == 0 {
             return;
         }
-        camera.walk_from_camera(scene, raster, self.evaluated.camera_vertices(), self.roulette, samplers.camera);
-        sink.walked(Transport::Radiance, camera.steps().len() - 1);
-        for t in 2..=camera.steps().len() {
-            let prefix = &camera.steps()[..t];
-            for _ in 0..self.evaluated.multiplicity(Strategy { s: 0, t: t as u32 }) {
-                self.consider(JoinedPath::hit(scene, prefix, raster), sink);
-            }
-            let z = &prefix[t - 1].vertex.point;
-            if !z.bsdf.has_continuous() {
-                continue;
-            }
-            let strategy = Strategy { s: 1, t: t as u32 };
-            for k in 0..self.evaluated.multiplicity(strategy) {
-                samplers.connection.start(Block::repeated(t as u32 - 2, k));
-                let u = samplers.connection.next_3d();
-                if let Some((point, pdf)) = scene.sample_next_event(z, u) {
-                    let end = Step::next_event(point, pdf);
-                    self.consider(JoinedPath::next_event(scene, prefix, &end, raster), sink);
+        let vertices = self.evaluated.camera_vertices();
+        let of_each = scene.lights().next_event_samples();
+        for branch in 0..self.evaluated.splits() {
+            // What all branches of a split subpath have in common is joined once.
+            let joined = if branch == 0 {
+                camera.walk_from_camera(scene, raster, vertices, self.roulette, samplers.camera);
+                1
+            } else {
+                camera.walk_again(scene, branch, vertices, self.roulette, samplers.camera);
+                2
+            };
+            sink.walked(Transport::Radiance, camera.steps().len().saturating_sub(joined));
+            for t in joined + 1..=camera.steps().len() {
+                let prefix = &camera.steps()[..t];
+                for _ in 0..self.evaluated.multiplicity(Strategy { s: 0, t: t as u32 }) {
+                    self.consider(JoinedPath::hit(scene, prefix, raster), || 0.0, sink);
                 }
-            }
-            for s in 2..=light.steps().len() {
-                for _ in 0..self.evaluated.multiplicity(Strategy { s: s as u32, t: t as u32 }) {
-                    self.consider(JoinedPath::inner(scene, prefix, light, s, raster), sink);
+                let z = &prefix[t - 1].vertex.point;
+                if !z.bsdf.has_continuous() {
+                    continue;
+                }
+                let samples = of_each * self.evaluated.multiplicity(Strategy { s: 1, t: t as u32 });
+                for k in 0..samples {
+                    samplers.connection.start(Block::repeated(t as u32 - 2, branch * samples + k));
+                    let u = samplers.connection.next_3d();
+                    if let Some((point, pdf)) = scene.sample_next_event(z, u, k % of_each) {
+                        let end = Step::next_event(point, pdf);
+                        let path = JoinedPath::next_event(scene, prefix, &end, raster);
+                        self.consider(path, || samplers.connection.next_1d(), sink);
+                    }
+                }
+                for s in 2..=light.steps().len() {
+                    for _ in 0..self.evaluated.multiplicity(Strategy { s: s as u32, t: t as u32 }) {
+                        let chance = || {
+                            samplers.connection.start(Block::connection(s as u32, t as u32).of_branch(branch));
+                            samplers.connection.next_1d()
+                        };
+                        self.consider(JoinedPath::inner(scene, prefix, light, s, raster), chance, sink);
+                    }
                 }
             }
         }
     }
 
-    /// Weighs and deposits a path, if it contributes anything and nothing blocks it.
+    /// Weighs and deposits a path, if it contributes anything and nothing blocks it. `chance` is a number for roulette.
     #[inline(always)]
-    fn consider(&self, path: Option<JoinedPath<'_>>, sink: &mut impl Sink) {
+    fn consider(&self, path: Option<JoinedPath<'_>>, chance: impl FnOnce() -> f32, sink: &mut impl Sink) {
         let Some(path) = path.filter(|path| path.contribution() != Rgb::ZERO) else { return };
+        let mut survival = 1.0;
         if path.strategy().s > 0 {
+            if let Some(roulette) = &self.connections
+                && self.tentative(&path) < roulette.threshold
+            {
+                if chance() < roulette.end {
+                    sink.spared_ray();
+                    return;
+                }
+                survival = mistake!(1.0 - roulette.end, TentativeUndivided => 1.0);
+            }
             sink.shadow_ray();
         }
         let Some(path) = path.seen() else { return };
         let weight = path.mis_weight(&self.weighed, self.heuristic) / self.weighed.samples(path.technique());
-        let value = path.contribution() * weight;
+        let value = path.contribution() * (weight / survival);
         if value == Rgb::ZERO {
             return;
         }
@@ -366,6 +430,16 @@ impl Integrator {
         } else {
             sink.reject(&path, value);
         }
+    }
+}
+
+impl Integrator {
+    /// What the path would contribute to its pixel if nothing were in the way, luminance: w F/(n p) with V = 1. Out of line, since it is
+    /// asked for with roulette on connections alone.
+    #[inline(never)]
+    fn tentative(&self, path: &JoinedPath<'_>) -> f32 {
+        let weight = path.mis_weight(&self.weighed, self.heuristic) / self.weighed.samples(path.technique());
+        luminance(path.contribution()) * weight
     }
 }
 

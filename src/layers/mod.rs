@@ -187,8 +187,7 @@ impl Layers {
 
     /// Adds a deposit of the image to the films of the layers that the path belongs to; `films` has one for each, in their order.
     pub(crate) fn deposit(&self, scene: &Scene, path: &JoinedPath, value: Rgb, half: Half, films: &[Film]) {
-        // Vertices of the longest path there can be.
-        let mut symbols = [0; 258];
+        let mut symbols = [0; LONGEST];
         let mut spelled = 0;
         let mut films = films;
         for group in &self.groups {
@@ -221,6 +220,34 @@ impl Layers {
         }
     }
 }
+
+/// Paths of some classes: a predicate on paths by an expression.
+#[derive(Clone, Debug)]
+pub struct PathClasses {
+    matcher: Matcher,
+    tags: Tags,
+}
+
+impl PathClasses {
+    /// The paths of `scene` that `expression` holds for.
+    ///
+    /// # Errors
+    /// If it names a material that the scene does not have, or is too long.
+    pub fn new(expression: &Expression, scene: &Scene) -> Result<Self, LayerError> {
+        let tags = Tags::new(expression.names(), scene)?;
+        Ok(Self { matcher: expression.compile(&tags)?, tags })
+    }
+
+    /// Whether it holds for this path of that scene.
+    pub fn holds(&self, scene: &Scene, path: &JoinedPath) -> bool {
+        let mut symbols = [0; LONGEST];
+        let spelled = self.tags.spell(scene, path, &mut symbols);
+        self.matcher.matches(&symbols[..spelled])
+    }
+}
+
+/// Vertices of the longest path there can be.
+const LONGEST: usize = 258;
 
 fn by_length(sorting: Sorting, integrator: &Integrator) -> Group {
     Group { sorting, names: (1..=integrator.techniques().max_depth()).map(|n| n.to_string()).collect() }

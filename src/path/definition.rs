@@ -126,8 +126,8 @@ impl<'a> Path<'a> {
         camera_part * light_part
     }
 
-    /// The density with which area sampling draws this path: that of p_0, 1/A for every other vertex but the last, and one over
-    /// the area of all emitters for p_n. V is no part of it. Zero if it cannot: through delta lobes, and from lights
+    /// The density with which area sampling draws this path: that of p_0, 1/A for every other vertex but the last, and for p_n that
+    /// among the emitters. V is no part of it. Zero if it cannot: through delta lobes, and from lights
     /// that are no surfaces.
     pub fn pdf_area(&self) -> f64 {
         let n = self.edges();
@@ -136,8 +136,9 @@ impl<'a> Path<'a> {
         if !self.vertices[1..].iter().all(drawn) || end.light.is_none() {
             return 0.0;
         }
-        let surfaces = f64::from(self.scene.surfaces().pdf().0).powi(n as i32 - 1);
-        f64::from(self.scene.camera.pdf_lens().0) * surfaces * f64::from(self.scene.emitters().pdf().0)
+        let surfaces: f64 =
+            self.vertices[1..n].iter().map(|v| f64::from(self.scene.surfaces().pdf(&v.point).0)).product();
+        f64::from(self.scene.camera.pdf_lens().0) * surfaces * f64::from(self.scene.emitters().pdf(end).0)
     }
 
     /// Whether each end of the path is a direction alone (an orthographic camera and an environment): two that are sampled

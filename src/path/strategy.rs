@@ -48,7 +48,7 @@ impl std::fmt::Display for Technique {
 ///
 /// A pass has N_c camera subpaths, one per padded pixel, and N_l light subpaths that splat. An entry is a multiplicity
 /// m_{s,t} ≥ 0 per subpath: n_{s,t≥2} = N_c·m_{s,t} and n_{s,1} = N_l·m_{s,1}. Zero leaves a strategy out; m_{1,t} = N takes
-/// N next-event samples a vertex. Whatever is no (s,t) (area sampling, merging) joins as a field of its own and one more term
+/// N next-event samples a vertex. A camera subpath that splits into N at its first surface counts N times beyond it. Whatever is no (s,t) (area sampling, merging) joins as a field of its own and one more term
 /// of the weight's sum.
 #[derive(Clone, Debug)]
 pub struct Techniques {
@@ -62,6 +62,8 @@ pub struct Techniques {
     /// For each length n the t of the strategies in the table, from the first to the last; empty where there is none.
     range: Vec<RangeInclusive<u32>>,
     directions: Directions,
+    /// Into how many a camera subpath splits at p_1; strategies with t ≥ 3 have that many samples.
+    splits: u32,
     /// Area samples per light subpath for each length of paths.
     area: u32,
     light_vertices: LightVertices,
@@ -87,6 +89,7 @@ impl Techniques {
             count: Vec::new(),
             range: Vec::new(),
             directions: Directions::Bsdf,
+            splits: 1,
             area: 0,
             light_vertices: LightVertices { connected: 0, splatted: 0 },
             camera_vertices: 0,
@@ -107,8 +110,13 @@ impl Techniques {
 
     fn with_entries(&self, multiplicity: Vec<u32>) -> Self {
         let side = self.max_depth + 2;
-        let subpaths = |t: u32| if t == 1 { self.light_subpaths } else { self.camera_subpaths };
-        let count = (0..).zip(&multiplicity).map(|(i, m)| *m as f32 * subpaths(i % side) as f32).collect();
+        let split = mistake!(self.splits, SplitsUncounted => 1) as f32;
+        let subpaths = |t: u32| match t {
+            1 => self.light_subpaths as f32,
+            2 => self.camera_subpaths as f32,
+            _ => self.camera_subpaths as f32 * split,
+        };
+        let count = (0..).zip(&multiplicity).map(|(i, m)| *m as f32 * subpaths(i % side)).collect();
         let mut table = Self { multiplicity, count, range: Vec::new(), ..*self };
         let of_length = |n: u32| {
             let mut t = (1..=n + 1).filter(|t| table.multiplicity(Strategy { s: n + 1 - t, t: *t }) > 0);
@@ -147,7 +155,20 @@ impl Techniques {
         self.with_entries((0..).zip(&self.multiplicity).map(|(i, m)| m * times(i)).collect())
     }
 
-    /// m_{s,t}, zero outside the table.
+    /// The same table with camera subpaths that split into `splits` at their first surface (lecture, *splitting*), each with a
+    /// direction and a rest of its own: n_{s,t≥3} are that many times as large.
+    #[must_use]
+    pub fn with_splits(&self, splits: u32) -> Self {
+        Self { splits, ..self.clone() }.with_entries(self.multiplicity.clone())
+    }
+
+    /// Into how many a camera subpath splits at p_1.
+    #[inline]
+    pub fn splits(&self) -> u32 {
+        self.splits
+    }
+
+    /// m_{s,t}, zero outside the table; for t ≥ 3, of each part of a split camera subpath.
     #[inline]
     pub fn multiplicity(&self, strategy: Strategy) -> u32 {
         let side = self.max_depth + 2;

@@ -19,8 +19,16 @@ use crate::{
 pub enum Roulette {
     /// Never: only the table's length ends a walk.
     Off,
-    /// At vertices with this many edges behind them, and later.
+    /// At vertices with this many edges behind them, and later, a walk survives with the probability of what the step keeps,
+    /// f̂|cos θ|/p · η²: the lecture's 1 − ρ ends it.
     FromDepth(u32),
+    /// The same from there on, with the probability of what the walk has kept since its first edge.
+    ByThroughput(u32),
+}
+
+impl Roulette {
+    /// No step is surer to be survived, so that nothing walks forever.
+    const SUREST: f32 = 0.95;
 }
 
 impl Default for Roulette {
@@ -86,8 +94,21 @@ pub struct Subpath {
     room: Box<[Step]>,
     len: usize,
     directions: Directions,
+    /// What [`Roulette::ByThroughput`] compares with: the largest channel that the prefix would have, had every step kept everything.
+    whole: f32,
     /// Of a light subpath with two vertices or more: see [`super::Densities::next_event_ratio`].
     next_event_ratio: f32,
+}
+
+/// Where a walk comes from and when it ends.
+#[derive(Clone, Copy)]
+struct Way {
+    transport: Transport,
+    /// The most that there may be in the end.
+    vertices: u32,
+    roulette: Roulette,
+    /// Of the several into which a camera subpath splits.
+    branch: u32,
 }
 
 /// How a walk leaves its current vertex.
@@ -105,7 +126,7 @@ impl Subpath {
     pub fn with_capacity(vertices: u32) -> Self {
         let nothing = Step::first(Point::nowhere(Vec3::ZERO), PdfArea(1.0));
         let room = vec![nothing; vertices as usize].into_boxed_slice();
-        Self { room, len: 0, directions: Directions::Bsdf, next_event_ratio: 1.0 }
+        Self { room, len: 0, directions: Directions::Bsdf, whole: 1.0, next_event_ratio: 1.0 }
     }
 
     /// The same storage for walks that sample by another rule than the BSDF.
@@ -158,14 +179,33 @@ impl Subpath {
         if let Some(Seen { we, pdf, .. }) = camera.look(p, direction) {
             let beta = *beta * (we * p.normal.dot(direction) / pdf.0);
             let origin = p.position;
-            self.walk(
-                scene,
-                Departure { origin, direction, pdf, beta, survival: 1.0 },
-                Transport::Radiance,
-                vertices,
-                roulette,
-                sampler,
-            );
+            let departure = Departure { origin, direction, pdf, beta, survival: 1.0 };
+            self.whole = beta.max_element();
+            self.walk(scene, departure, Way { transport: Transport::Radiance, vertices, roulette, branch: 0 }, sampler);
+        }
+    }
+
+    /// Walks on from p_1 once more, where a walk from the camera has been: the `branch`-th of several, counted from 0.
+    ///
+    /// # Panics
+    /// If there is no room for so many.
+    #[inline(never)]
+    pub fn walk_again(
+        &mut self,
+        scene: &Scene,
+        branch: u32,
+        vertices: u32,
+        roulette: Roulette,
+        sampler: &mut impl Sampler,
+    ) {
+        self.len = self.len.min(2);
+        if self.len < 2 {
+            return;
+        }
+        self.whole = self.room[1].beta.max_element();
+        let way = Way { transport: Transport::Radiance, vertices, roulette, branch };
+        if let Some(departure) = self.depart(way, sampler) {
+            self.walk(scene, departure, way, sampler);
         }
     }
 
@@ -216,7 +256,8 @@ impl Subpath {
             beta: self.room[0].beta * scene.le(&p, emission.direction) * (p.alpha * cos / emission.pdf_direction.0),
             survival: 1.0,
         };
-        self.walk(scene, departure, Transport::Importance, vertices, roulette, sampler);
+        self.whole = departure.beta.max_element();
+        self.walk(scene, departure, Way { transport: Transport::Importance, vertices, roulette, branch: 0 }, sampler);
         if let [end, before, ..] = self.steps() {
             let next_event = scene.lights().pdf_next_event(&end.vertex.point, &before.vertex.point);
             self.next_event_ratio = next_event.0 / end.pdf_fwd.0;
@@ -225,25 +266,23 @@ impl Subpath {
 
     /// Goes on from the last vertex: trace, arrive, scatter, play roulette, depart.
     #[inline(always)]
-    fn walk(
-        &mut self,
-        scene: &Scene,
-        mut departure: Departure,
-        transport: Transport,
-        vertices: u32,
-        roulette: Roulette,
-        sampler: &mut impl Sampler,
-    ) {
-        while self.len < vertices as usize {
-            if !self.arrive(scene, &departure, transport, sampler) || self.len == vertices as usize {
+    fn walk(&mut self, scene: &Scene, mut departure: Departure, way: Way, sampler: &mut impl Sampler) {
+        while self.len < way.vertices as usize {
+            if !self.arrive(scene, &departure, way, sampler) || self.len == way.vertices as usize {
                 return;
             }
-            sampler.start(Block::scattering(self.len as u32 - 1));
-            let u = sampler.next_3d();
-            let survive = sampler.next_1d();
-            let Some(next) = self.scatter(transport, roulette, u, survive) else { return };
+            let Some(next) = self.depart(way, sampler) else { return };
             departure = next;
         }
+    }
+
+    /// Leaves the last vertex, if the walk goes on.
+    #[inline(always)]
+    fn depart(&mut self, way: Way, sampler: &mut impl Sampler) -> Option<Departure> {
+        sampler.start(Block::scattering(self.len as u32 - 1).of_branch(way.branch));
+        let u = sampler.next_3d();
+        let survive = sampler.next_1d();
+        self.scatter(way, u, survive)
     }
 
     /// Adds the vertex that the departing ray reaches. False if it leaves the scene.
@@ -254,12 +293,12 @@ impl Subpath {
         &mut self,
         scene: &Scene,
         departure: &Departure,
-        transport: Transport,
+        Way { transport, branch, .. }: Way,
         sampler: &mut impl Sampler,
     ) -> bool {
         let from = &self.room[self.len - 1].vertex.point;
         // Only surfaces with 0 < α < 1 take numbers.
-        let (passing, mut started) = (Block::passing(self.len as u32), false);
+        let (passing, mut started) = (Block::passing(self.len as u32).of_branch(branch), false);
         let stops = |alpha| {
             if !std::mem::replace(&mut started, true) {
                 sampler.start(passing);
@@ -299,7 +338,7 @@ impl Subpath {
     /// Samples how the walk leaves its last vertex, and fills in what that decides: the vertex's lobe and its
     /// predecessor's other-side density.
     #[inline(always)]
-    fn scatter(&mut self, transport: Transport, roulette: Roulette, u: Vec3, survive: f32) -> Option<Departure> {
+    fn scatter(&mut self, Way { transport, roulette, .. }: Way, u: Vec3, survive: f32) -> Option<Departure> {
         let edges = self.len as u32 - 1;
         let [.., before, here] = &mut self.room[..self.len] else { return None };
         let known = here.back.direction;
@@ -312,16 +351,24 @@ impl Subpath {
         let cos = mistake!(p.normal, ShadingCosine => p.shading_normal).dot(sample.direction).abs();
         let ratio = sample.scatter.f * (cos / fwd.0);
         let mut survival = here.survival;
-        if let Roulette::FromDepth(depth) = roulette
-            && edges >= depth
-        {
-            // Radiance shrinks by η² on entering a medium and grows again on leaving it: no reason to stop inside.
-            let (to_camera, to_light) = transport.sides(known, sample.direction);
-            let radiance_scale = match transport {
-                Transport::Radiance => here.vertex.relative_ior(to_camera, to_light).powi(2),
-                Transport::Importance => 1.0,
-            };
-            let q = (ratio.max_element() * radiance_scale).min(0.95);
+        // Radiance shrinks by η² on entering a medium and grows again on leaving it: no reason to stop inside.
+        let radiance_scale = || match transport {
+            Transport::Radiance => {
+                let (to_camera, to_light) = transport.sides(known, sample.direction);
+                here.vertex.relative_ior(to_camera, to_light).powi(2)
+            }
+            Transport::Importance => 1.0,
+        };
+        let kept = match roulette {
+            Roulette::Off => None,
+            Roulette::FromDepth(depth) => (edges >= depth).then(|| ratio.max_element() * radiance_scale()),
+            Roulette::ByThroughput(depth) => {
+                self.whole /= radiance_scale();
+                (edges >= depth).then(|| (here.beta * ratio).max_element() / self.whole)
+            }
+        };
+        if let Some(kept) = kept {
+            let q = kept.min(Roulette::SUREST);
             // A ratio that is no number gives q = 0.95, for `min` passes over NaN: the walk goes on and the film counts it.
             if survive >= q {
                 return None;

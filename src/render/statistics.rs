@@ -11,6 +11,8 @@ pub struct Statistics {
     pub samples: u64,
     /// Rays, by what they were for.
     pub rays: Rays,
+    /// Connections that roulette ended before their ray.
+    pub spared: u64,
     /// Contributions that were not finite or negative, and so were left out, by technique.
     pub rejected: BTreeMap<Technique, u64>,
 }
@@ -45,6 +47,7 @@ impl Statistics {
     pub fn add(&mut self, other: &Self) {
         self.samples = self.samples.saturating_add(other.samples);
         self.rays.add(other.rays);
+        self.spared = self.spared.saturating_add(other.spared);
         for (technique, count) in &other.rejected {
             let sum = self.rejected.entry(*technique).or_default();
             *sum = sum.saturating_add(*count);

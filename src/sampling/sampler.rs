@@ -90,6 +90,21 @@ impl Block {
         Self { number: i, kind: Kind::Padded(u32::MAX) }
     }
 
+    /// The same for the part `n` of a subpath that has split; of the first, it is the block itself.
+    #[must_use]
+    pub const fn of_branch(self, n: u32) -> Self {
+        match self.kind {
+            _ if n == 0 => self,
+            Kind::Joint => Self { kind: Kind::Padded(n), ..self },
+            Kind::Padded(own) => Self { kind: Kind::Padded(own - n), ..self },
+        }
+    }
+
+    /// What decides on the connection of p_{t−1} with the `s`-th vertex from the light.
+    pub const fn connection(s: u32, t: u32) -> Self {
+        Self { number: t, kind: Kind::Padded(1 << 30 | s) }
+    }
+
     /// The `n`-th of several samples that are taken for the same purpose.
     pub const fn repeated(number: u32, n: u32) -> Self {
         if n == 0 { Self::joint(number) } else { Self { number, kind: Kind::Padded(n) } }

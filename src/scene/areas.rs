@@ -1,38 +1,62 @@
-//! Points of surfaces, uniform in area: what area sampling draws from.
+//! Points of surfaces, each drawn on its own: what area sampling draws from.
+
+use std::collections::HashMap;
 
 use glam::Vec3;
 
 use super::{Scene, geometry::PrimitiveId, point::Point};
 use crate::sampling::{Discrete, PdfArea};
 
-/// The uniform distribution over the area of some primitives.
+/// A distribution over the points of some primitives, uniform on each of them.
 #[derive(Clone, Debug)]
 pub struct SurfaceAreas {
     primitives: Vec<PrimitiveId>,
-    by_area: Discrete,
-    /// m².
-    total: f64,
+    choice: Discrete,
+    density: Density,
+}
+
+/// 1/m².
+#[derive(Clone, Debug)]
+enum Density {
+    Everywhere(f32),
+    On(HashMap<PrimitiveId, f32>),
 }
 
 impl SurfaceAreas {
-    pub(super) fn new(scene: &Scene, primitives: impl Iterator<Item = PrimitiveId>) -> Self {
+    /// Uniform in area over all.
+    pub(super) fn uniform(scene: &Scene, primitives: impl Iterator<Item = PrimitiveId>) -> Self {
         let primitives: Vec<_> = primitives.collect();
         let areas: Vec<_> = primitives.iter().map(|id| scene.geometry.area(*id)).collect();
-        let total = areas.iter().copied().map(f64::from).sum();
-        Self { primitives, by_area: Discrete::new(&areas), total }
+        let total: f64 = areas.iter().copied().map(f64::from).sum();
+        Self { primitives, choice: Discrete::new(&areas), density: Density::Everywhere((1.0 / total) as f32) }
+    }
+
+    /// In proportion to a weight of each primitive, which is finite and not negative.
+    pub(super) fn weighted(scene: &Scene, weighted: impl Iterator<Item = (PrimitiveId, f64)>) -> Self {
+        let (primitives, weights): (Vec<_>, Vec<f64>) = weighted.unzip();
+        let all: f64 = weights.iter().sum();
+        let share = |weight: f64| if all > 0.0 { weight / all } else { 0.0 };
+        let density =
+            |(id, weight): (&PrimitiveId, &f64)| (*id, (share(*weight) / f64::from(scene.geometry.area(*id))) as f32);
+        let density = Density::On(primitives.iter().zip(&weights).map(density).collect());
+        let shares: Vec<_> = weights.iter().map(|weight| share(*weight) as f32).collect();
+        Self { primitives, choice: Discrete::new(&shares), density }
     }
 
     /// A point of `scene`, with the density [`SurfaceAreas::pdf`]; `None` where there is no surface. `u.z` chooses the primitive.
     pub fn sample(&self, scene: &Scene, u: Vec3) -> Option<Point> {
-        if self.by_area.is_empty() {
+        if self.choice.is_empty() {
             return None;
         }
-        let (i, _) = self.by_area.sample(u.z);
+        let (i, _) = self.choice.sample(u.z);
         Some(scene.point_on(self.primitives[i], u.truncate()))
     }
 
-    /// The density of every point, one over the whole area.
-    pub fn pdf(&self) -> PdfArea {
-        PdfArea((1.0 / self.total) as f32)
+    /// The density of `point`, which lies on one of the primitives.
+    pub fn pdf(&self, point: &Point) -> PdfArea {
+        PdfArea(match &self.density {
+            Density::Everywhere(density) => *density,
+            Density::On(densities) => densities.get(&point.primitive).copied().unwrap_or(0.0),
+        })
     }
 }

@@ -20,7 +20,7 @@ use self::{
     bsdf::Bsdf,
     camera::{Camera, Raster},
     geometry::{Geometry, Hit, PrimitiveId, Ray},
-    light::{Light, Lights},
+    light::{Light, LightChoice, Lights},
     light_index::LightIndex,
     material::{Coverage, Material, MaterialId},
     point::{Place, Point},
@@ -71,6 +71,14 @@ impl Scene {
             && geometry.with_material(&|id| !opaque(id)).next().is_some();
         let absorbs = materials.iter().any(|m| m.absorption != Rgb::ZERO);
         Self { camera, geometry, materials, lights, light_of, areas: OnceLock::new(), see_through, absorbs }
+    }
+
+    /// The same scene with another choice among the lights for next-event estimation.
+    #[must_use]
+    pub fn choosing_lights(mut self, choice: LightChoice) -> Self {
+        self.lights.choose_by(choice, &self.geometry);
+        self.areas = OnceLock::new();
+        self
     }
 
     /// The primitives.
@@ -170,8 +178,8 @@ impl Scene {
 
     /// [`Lights::sample_next_event`] for this scene.
     #[inline(always)]
-    pub fn sample_next_event(&self, from: &Point, u: Vec3) -> Option<(Point, PdfArea)> {
-        self.lights.sample_next_event(&self.geometry, &self.materials, from, u)
+    pub fn sample_next_event(&self, from: &Point, u: Vec3, nth: u32) -> Option<(Point, PdfArea)> {
+        self.lights.sample_next_event(&self.geometry, &self.materials, from, u, nth)
     }
 
     /// [`Lights::sample_emission`] for this scene.
@@ -180,20 +188,33 @@ impl Scene {
         self.lights.sample_emission(&self.geometry, &self.materials, choose, position, direction)
     }
 
-    /// The area of all surfaces; found when first asked for.
+    /// The radiance of the scene's surfaces if all that the lights emit were spread evenly over their area: Φ/(π A). A scale of what an
+    /// image shows; zero without surfaces.
+    pub fn spread_radiance(&self) -> f64 {
+        let primitives = self.geometry.with_material(&|_| true);
+        let area: f64 = primitives.map(|id| f64::from(self.geometry.area(id))).filter(|area| area.is_finite()).sum();
+        if area > 0.0 { self.lights.power_of_all() / (std::f64::consts::PI * area) } else { 0.0 }
+    }
+
+    /// Points of all surfaces, uniform in area; found when first asked for.
     pub fn surfaces(&self) -> &SurfaceAreas {
         &self.areas()[0]
     }
 
-    /// The area of all surfaces that emit.
+    /// Points of all surfaces that emit: uniform in area where lights are chosen uniformly, else in proportion to the power emitted by each
+    /// primitive's area.
     pub fn emitters(&self) -> &SurfaceAreas {
         &self.areas()[1]
     }
 
     fn areas(&self) -> &[SurfaceAreas; 2] {
         self.areas.get_or_init(|| {
-            let emitters = self.lights.area_lights().map(|(_, primitive)| primitive);
-            [SurfaceAreas::new(self, self.geometry.with_material(&|_| true)), SurfaceAreas::new(self, emitters)]
+            let lights = self.lights.area_lights();
+            let emitters = match self.lights.choice() {
+                LightChoice::Uniform => SurfaceAreas::uniform(self, lights.map(|(_, primitive)| primitive)),
+                _ => SurfaceAreas::weighted(self, lights.map(|(light, id)| (id, self.lights.power_of(light)))),
+            };
+            [SurfaceAreas::uniform(self, self.geometry.with_material(&|_| true)), emitters]
         })
     }
 

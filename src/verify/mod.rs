@@ -229,7 +229,6 @@ fn settings(scene: &Scene, plan: &Plan, i: usize, stage: u64) -> Settings {
         integrator: plan.integrators[i],
         max_depth: plan.max_depth,
         min_depth: 1,
-        light_samples: 1,
         roulette: plan.roulette,
         // Passes are replicates only if their numbers have nothing to do with each other.
         sampler: SamplerKind::Independent,

@@ -154,7 +154,8 @@ pub fn assert_identity_by(kinds: &[IntegratorKind], name: &str, scene: &Scene, p
     }
 }
 
-fn assert_identity_of(name: &str, scene: &Scene, integrator: Integrator, passes: u32) {
+/// Every path that this integrator finds.
+pub fn assert_identity_of(name: &str, scene: &Scene, integrator: Integrator, passes: u32) {
     let (paths, complaints) = check(scene, integrator, passes);
     println!("{name}: {paths} paths, {} disagree", complaints.len());
     assert!(paths >= ENOUGH, "{name}: only {paths} paths were checked");

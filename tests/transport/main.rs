@@ -20,6 +20,7 @@ mod ledger;
 mod lights;
 mod metamorphic;
 mod operator;
+mod options;
 mod public;
 mod report;
 mod robustness;

@@ -131,6 +131,13 @@ impl Instance {
         moved_tangent(self.placement.to_world.matrix3, t)
     }
 
+    /// The world-space box around a triangle of `mesh`.
+    pub fn bounds_of(&self, mesh: &Mesh, index: u32) -> Bounds {
+        let corners = mesh.triangle(index).corners();
+        let [a, b, c] = corners.map(|p| self.placement.to_world.transform_point3(p.as_dvec3()).as_vec3());
+        Bounds { min: a.min(b).min(c), max: a.max(b).max(c) }
+    }
+
     /// The world-space area of a triangle of `mesh`, m²; positive if the triangle has one in its own space.
     pub fn area(&self, mesh: &Mesh, index: u32) -> f32 {
         let [u, v] = mesh.triangle(index).edges().map(|e| self.placement.to_world.matrix3 * e);

@@ -141,7 +141,7 @@ pub struct Bounds {
 
 impl Bounds {
     /// The smallest box around both.
-    fn union(self, other: Self) -> Self {
+    pub(crate) fn union(self, other: Self) -> Self {
         Self { min: self.min.min(other.min), max: self.max.max(other.max) }
     }
 }
@@ -360,6 +360,18 @@ impl Geometry {
             }
             (None, Some((sphere, _))) => sphere.area(),
             (None, None) => self.world.triangle(primitive.index).area(),
+        }
+    }
+
+    /// A box around a primitive.
+    pub fn bounds_of(&self, primitive: PrimitiveId) -> Bounds {
+        match (primitive.instance(), self.sphere(primitive)) {
+            (Some(number), _) => {
+                let (instance, mesh) = self.instance(number);
+                instance.bounds_of(mesh, primitive.index)
+            }
+            (None, Some((sphere, _))) => sphere.bounds(),
+            (None, None) => self.world.triangle(primitive.index).bounds(),
         }
     }
 

@@ -1,6 +1,43 @@
 //! The choice among lights.
 
+use std::fmt;
+
 use crate::sampling::Discrete;
+
+/// How next-event estimation chooses among the lights. Walks from the light start by kind and power, whatever it is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
+pub enum LightChoice {
+    /// Each light has a sample of its own: as many rays as lights.
+    All,
+    /// One, each with the same probability.
+    Uniform,
+    /// One by kind and emitted power, wherever it is.
+    #[default]
+    Power,
+    /// One by what it could send to where it is asked from: distance, orientation, intensity.
+    Tree,
+}
+
+impl LightChoice {
+    /// All of them.
+    pub const ALL: [Self; 4] = [Self::All, Self::Uniform, Self::Power, Self::Tree];
+
+    /// The name on the command line and in files.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::All => "all",
+            Self::Uniform => "uniform",
+            Self::Power => "power",
+            Self::Tree => "tree",
+        }
+    }
+}
+
+impl fmt::Display for LightChoice {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.pad(self.name())
+    }
+}
 
 /// What kind of light it is, as far as the choice is concerned.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -72,6 +72,17 @@ impl Spot {
         self.position
     }
 
+    /// The unit vector along which it shines.
+    pub fn axis(&self) -> Vec3 {
+        self.axis
+    }
+
+    /// The angles from the axis up to which a = 1, and from which it is 0, in radians.
+    pub fn half_angles(&self) -> (f32, f32) {
+        let angle = |below_one: f32| 2.0 * (0.5 * below_one).sqrt().min(1.0).asin();
+        (angle(self.full), angle(self.outer))
+    }
+
     /// Intensity that a(θ) scales, W/sr or candela.
     pub fn intensity(&self) -> Rgb {
         self.intensity

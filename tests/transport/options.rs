@@ -1,0 +1,192 @@
+//! Options that change how an image is estimated and not what it is: choices among lights, splitting, roulette.
+
+use pathspace::{
+    integrator::{ConnectionRoulette, Integrator, IntegratorKind},
+    path::{JoinedPath, Roulette},
+    render::{Renderer, Settings},
+    sampling::Filter,
+    scene::{Scene, light::LightChoice},
+};
+
+use crate::{
+    agreement::{Run, assert_agree, settings},
+    identity, scenes,
+};
+
+/// What differs between two estimates of one image.
+struct Variant<'a> {
+    name: &'a str,
+    scene: &'a Scene,
+    settings: Vec<Settings>,
+}
+
+impl<'a> Variant<'a> {
+    fn new(name: &'a str, scene: &'a Scene, kind: IntegratorKind, change: impl Fn(&mut Settings)) -> Self {
+        // Seeds of their own for each.
+        let salt = 20 + name.bytes().map(u64::from).sum::<u64>();
+        let mut settings = settings(scene, kind, salt);
+        settings.iter_mut().for_each(change);
+        Self { name, scene, settings }
+    }
+}
+
+/// Compares each of the others with the first.
+fn assert_same_image(scene: &str, variants: &[Variant]) {
+    let everything = |_: &JoinedPath| true;
+    let runs: Vec<_> = variants
+        .iter()
+        .map(|v| {
+            let run = Run::new(v.scene, &v.settings, v.name, &everything).converge(0.0068);
+            (v.name, run.estimate(), run.image())
+        })
+        .collect();
+    let images = || runs.iter().map(|(name, _, image)| ((*name).to_owned(), image.clone())).collect::<Vec<_>>();
+    for (name, estimate, _) in &runs[1..] {
+        assert_agree(scene, (runs[0].0, &runs[0].1), (name, estimate), images);
+    }
+}
+
+/// A courtyard with a lamp, a point, a sun and a sky.
+fn courtyard() -> Scene {
+    let others = [
+        pathspace::scene::light::Light::Point {
+            position: glam::Vec3::new(0.3, 0.4, 0.5),
+            intensity: pathspace::math::Rgb::new(0.4, 0.5, 0.6),
+        },
+        pathspace::scene::light::Light::Directional {
+            towards: glam::Vec3::new(0.3, 0.8, 0.4).normalize(),
+            irradiance: pathspace::math::Rgb::splat(1.0),
+        },
+    ];
+    scenes::courtyard(&others, scenes::square(16, Filter::Box))
+}
+
+#[test]
+fn choices_among_lights_change_no_image() {
+    let by = LightChoice::ALL.map(|choice| courtyard().choosing_lights(choice));
+    for kind in [IntegratorKind::Path, IntegratorKind::PathLight, IntegratorKind::Bdpt] {
+        let variants: Vec<_> = (LightChoice::ALL.iter().zip(&by))
+            .map(|(choice, scene)| Variant::new(choice.name(), scene, kind, |_| ()))
+            .collect();
+        assert_same_image(&format!("courtyard-{kind}-lights"), &variants);
+    }
+}
+
+#[test]
+fn every_path_is_as_defined_by_every_choice_among_lights() {
+    let kinds = [IntegratorKind::Path, IntegratorKind::PathLight, IntegratorKind::Hybrid, IntegratorKind::Bdpt];
+    for choice in [LightChoice::All, LightChoice::Uniform, LightChoice::Tree] {
+        let scene = scenes::zoo(scenes::square(32, Filter::BlackmanHarris)).choosing_lights(choice);
+        identity::assert_identity_by(&kinds, &format!("zoo {choice}"), &scene, 2);
+        let scene = scenes::load("many-lights", scenes::square(16, Filter::Box));
+        if choice != LightChoice::All {
+            identity::assert_identity_by(&kinds, "many lights", &scene.choosing_lights(choice), 4);
+        }
+    }
+    let islands = scenes::zoo(scenes::square(32, Filter::Box)).choosing_lights(LightChoice::Uniform);
+    identity::assert_identity_by(&[IntegratorKind::Area], "zoo area uniform", &islands, 2);
+}
+
+#[test]
+fn every_path_is_as_defined_where_paths_split() {
+    let scene = scenes::zoo(scenes::square(32, Filter::BlackmanHarris));
+    for kind in [IntegratorKind::Path, IntegratorKind::PathHemisphere, IntegratorKind::Hybrid, IntegratorKind::Bdpt] {
+        for roulette in [Roulette::FromDepth(3), Roulette::ByThroughput(1)] {
+            let integrator = Integrator::new(kind, scene.camera.sensor(), 7, roulette).with_splits(3);
+            identity::assert_identity_of(&format!("zoo {kind} in three parts"), &scene, integrator, 3);
+        }
+    }
+}
+
+#[test]
+fn split_paths_change_no_image() {
+    let scene = courtyard();
+    for kind in [IntegratorKind::Path, IntegratorKind::Bdpt] {
+        let split = |settings: &mut Settings| settings.splits = 4;
+        let both = |settings: &mut Settings| (settings.splits, settings.light_samples) = (3, 2);
+        let variants = [
+            Variant::new("one", &scene, kind, |_| ()),
+            Variant::new("four parts", &scene, kind, split),
+            Variant::new("three parts and two samples", &scene, kind, both),
+        ];
+        assert_same_image(&format!("courtyard-{kind}-splits"), &variants);
+    }
+}
+
+/// With one camera ray a pixel, N parts bring the noise of direct light by directions down by N.
+#[test]
+fn parts_are_independent_samples() {
+    let scene = courtyard();
+    let variance = |splits: u32| {
+        let settings = Settings {
+            integrator: IntegratorKind::PathHemisphere,
+            max_depth: 2,
+            min_depth: 2,
+            splits,
+            ..Settings::new(scene.camera.sensor())
+        };
+        let mut renderer = Renderer::new(&scene, &settings);
+        (0..512).for_each(|_| renderer.pass());
+        renderer.film().noise(512).expect("two halves")
+    };
+    let (one, many) = (variance(1), variance(64));
+    println!("noise {one:.2e} of one direction, {many:.2e} of 64");
+    // Edges within a pixel, which the parts share, have a part in it.
+    assert!(one / many > 8.0, "{one} {many}");
+}
+
+#[test]
+fn roulette_by_throughput_changes_no_image() {
+    let (courtyard, zoo) = (courtyard(), scenes::furnace(0.6, 1.0, scenes::square(8, Filter::Box)));
+    for (name, scene) in [("courtyard", &courtyard), ("furnace", &zoo)] {
+        for kind in [IntegratorKind::Path, IntegratorKind::Light, IntegratorKind::Bdpt] {
+            let variants = [
+                Variant::new("off", scene, kind, |settings| settings.roulette = Roulette::Off),
+                Variant::new("throughput", scene, kind, |settings| settings.roulette = Roulette::ByThroughput(1)),
+            ];
+            assert_same_image(&format!("{name}-{kind}-roulette"), &variants);
+        }
+    }
+}
+
+#[test]
+fn roulette_on_connections_changes_no_image() {
+    let scene = courtyard();
+    for kind in [IntegratorKind::Path, IntegratorKind::Light, IntegratorKind::Hybrid, IntegratorKind::Bdpt] {
+        let half = |settings: &mut Settings| {
+            settings.connection_roulette = Some(ConnectionRoulette { threshold: 1.0, end: 0.5 })
+        };
+        let variants = [Variant::new("every ray", &scene, kind, |_| ()), Variant::new("half", &scene, kind, half)];
+        assert_same_image(&format!("courtyard-{kind}-tentative"), &variants);
+        let settings = Settings {
+            integrator: kind,
+            connection_roulette: Some(ConnectionRoulette { threshold: 1e9, end: 0.75 }),
+            ..Settings::new(scene.camera.sensor())
+        };
+        let mut renderer = Renderer::new(&scene, &settings);
+        (0..16).for_each(|_| renderer.pass());
+        let statistics = renderer.statistics();
+        let spared = statistics.spared as f64 / (statistics.spared + statistics.rays.visibility) as f64;
+        assert!((spared - 0.75).abs() < 0.02, "{kind}: {spared}");
+    }
+}
+
+/// The tree is there to lower the noise of many lights.
+#[test]
+fn the_tree_lowers_the_noise_of_many_lights() {
+    let noise = |choice| {
+        let scene = scenes::load("many-lights", scenes::square(32, Filter::Box)).choosing_lights(choice);
+        let settings = Settings {
+            integrator: IntegratorKind::PathLight,
+            max_depth: 2,
+            min_depth: 2,
+            ..Settings::new(scene.camera.sensor())
+        };
+        let mut renderer = Renderer::new(&scene, &settings);
+        (0..64).for_each(|_| renderer.pass());
+        renderer.film().noise(64).expect("two halves")
+    };
+    let [uniform, power, tree] = [LightChoice::Uniform, LightChoice::Power, LightChoice::Tree].map(noise);
+    println!("noise {uniform:.2e} uniformly, {power:.2e} by power, {tree:.2e} by the tree");
+    assert!(tree < 0.4 * power && tree < 0.4 * uniform, "{uniform} {power} {tree}");
+}
