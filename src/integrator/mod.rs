@@ -380,10 +380,13 @@ impl Integrator {
                     continue;
                 }
                 let samples = of_each * self.evaluated.multiplicity(Strategy { s: 1, t: t as u32 });
+                let mut nth = 0;
                 for k in 0..samples {
                     samplers.connection.start(Block::repeated(t as u32 - 2, branch * samples + k));
                     let u = samplers.connection.next_3d();
-                    if let Some((point, pdf)) = scene.sample_next_event(z, u, k % of_each) {
+                    let sampled = scene.sample_next_event(z, u, nth);
+                    nth = if nth + 1 == of_each { 0 } else { nth + 1 };
+                    if let Some((point, pdf)) = sampled {
                         let end = Step::next_event(point, pdf);
                         let path = JoinedPath::next_event(scene, prefix, &end, raster);
                         self.consider(path, || samplers.connection.next_1d(), sink);
@@ -406,7 +409,7 @@ impl Integrator {
     #[inline(always)]
     fn consider(&self, path: Option<JoinedPath<'_>>, chance: impl FnOnce() -> f32, sink: &mut impl Sink) {
         let Some(path) = path.filter(|path| path.contribution() != Rgb::ZERO) else { return };
-        let mut survival = 1.0;
+        let mut per_survival = 1.0;
         if path.strategy().s > 0 {
             if let Some(roulette) = &self.connections
                 && self.tentative(&path) < roulette.threshold
@@ -415,13 +418,13 @@ impl Integrator {
                     sink.spared_ray();
                     return;
                 }
-                survival = mistake!(1.0 - roulette.end, TentativeUndivided => 1.0);
+                per_survival = mistake!(1.0 / (1.0 - roulette.end), TentativeUndivided => 1.0);
             }
             sink.shadow_ray();
         }
         let Some(path) = path.seen() else { return };
         let weight = path.mis_weight(&self.weighed, self.heuristic) / self.weighed.samples(path.technique());
-        let value = path.contribution() * (weight / survival);
+        let value = path.contribution() * (weight * per_survival);
         if value == Rgb::ZERO {
             return;
         }

@@ -52,6 +52,17 @@ fn the_image_is_the_same_with_and_without_layers() {
 }
 
 #[test]
+fn paths_alone_are_their_layer() {
+    let run = Run::new();
+    let layers = channels(&run.image("layers.exr", &["--spp", "2", "--layer", "some=C.*D.L"]));
+    let alone = channels(&run.image("alone.exr", &["--spp", "2", "--paths", "C.*D.L"]));
+    for letter in ["R", "G", "B"] {
+        assert_eq!(layers[&format!("some.{letter}")], alone[letter]);
+        assert_ne!(layers[letter], alone[letter]);
+    }
+}
+
+#[test]
 fn a_bounce_alone_is_its_layer() {
     let run = Run::new();
     let layers = channels(&run.image("layers.exr", &["--spp", "2", "--layers", "bounces", "--max-depth", "4"]));

@@ -24,6 +24,7 @@ fn every_command_of_the_lecture_runs() {
             match words[i - 1].as_str() {
                 "--spp" => words[i] = words[i].parse::<u32>().unwrap().min(4).to_string(),
                 "--width" => words[i] = "24".to_owned(),
+                "--rays" | "--light-samples" => words[i] = words[i].parse::<u32>().unwrap().min(8).to_string(),
                 // Below this it may say that there was too little time.
                 "--time" => words[i] = "1s".to_owned(),
                 _ => {}
@@ -60,6 +61,10 @@ fn the_lecture_names_code_that_is_there() {
         ("src/scene/light/mod.rs", "pub fn sample_next_event"),
         ("src/path/mis.rs", "pub fn mis_weight"),
         ("src/path/strategy.rs", "pub fn with_light_samples"),
+        ("src/path/strategy.rs", "pub fn with_splits"),
+        ("src/scene/light/tree.rs", "struct LightTree"),
+        ("src/scene/mod.rs", "pub fn spread_radiance"),
+        ("src/integrator/mod.rs", "fn consider("),
         ("src/scene/light/choice.rs", "fn by_kind_and_power"),
         ("src/scene/mod.rs", "pub fn trace("),
         ("src/integrator/mod.rs", "pub fn estimate"),

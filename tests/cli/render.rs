@@ -32,10 +32,16 @@ fn quiet_is_quiet_and_verbose_says_more() {
 fn every_thread_count_writes_the_same_bytes() {
     let run = Run::new();
     for integrator in ["path", "light", "hybrid", "bdpt"] {
-        let with = |threads| run.image("a.exr", &["--spp", "4", "-i", integrator, "--threads", threads]);
-        let one = with("1");
-        assert_eq!(one, with("2"), "{integrator}");
-        assert_eq!(one, with("5"), "{integrator}");
+        let options = ["--light-samples", "2", "--lights", "tree", "--splits", "2"];
+        let roulette = ["--roulette", "throughput:2", "--connection-roulette", "0.5,50%"];
+        let more = if integrator == "light" { &roulette[..] } else { &[options.as_slice(), &roulette].concat() };
+        for more in [&[][..], more] {
+            let usual = ["--spp", "4", "-i", integrator, "--threads"];
+            let with = |threads| run.image("a.exr", &[&usual[..], &[threads], more].concat());
+            let one = with("1");
+            assert_eq!(one, with("2"), "{integrator}");
+            assert_eq!(one, with("5"), "{integrator}");
+        }
     }
 }
 
@@ -60,9 +66,54 @@ fn what_changes_pixels_changes_the_file() {
         &["--spp", "2", "--crop", "0,0,8,8"],
         &["--spp", "2", "-i", "light"],
         &["--spp", "2", "--env-color", "1"],
+        &["--spp", "2", "--splits", "2"],
+        &["--spp", "2", "--rays", "2"],
+        &["--spp", "2", "--lights", "uniform"],
+        &["--spp", "2", "--lights", "all"],
+        &["--spp", "2", "--lights", "tree"],
+        &["--spp", "2", "--roulette", "throughput:2"],
+        &["--spp", "2", "--connection-roulette", "0.5,50%"],
+        &["--spp", "2", "--preset", "direct"],
+        &["--spp", "2", "--preset", "whitted"],
+        &["--spp", "2", "--paths", "C.L"],
     ] {
         assert_ne!(usual, run.image("b.exr", options), "{options:?}");
     }
+}
+
+#[test]
+fn options_without_a_use_are_refused() {
+    let run = Run::new();
+    for (options, said) in [
+        (&["-i", "light", "--splits", "2"][..], "no paths from the camera"),
+        (&["-i", "light", "--lights", "tree"], "samples no lights"),
+        (&["-i", "path-hemisphere", "--light-samples", "2"], "samples no lights"),
+        (&["-i", "path-hemisphere", "--connection-roulette", "1,50%"], "no connections"),
+        (&["-i", "area", "--lights", "tree"], "uniform or power"),
+        (&["-i", "area", "--light-samples", "2"], "one sample of each length"),
+        (&["-i", "light", "--rays", "2"], "no rays at the first surface"),
+        (&["--rays", "2", "--splits", "2"], "cannot be used with"),
+        (&["--preset", "direct", "--paths", "C.L"], "cannot be used with"),
+        (&["--preset", "direct", "--min-depth", "3"], "no path has 3 edges"),
+        (&["--paths", "C<D'foil'>L"], "no material of the scene is called 'foil'"),
+        (&["--paths", "C("], "character 3"),
+        (&["--connection-roulette", "1"], "0.1,50%"),
+    ] {
+        refused(&run.render(&[&["--spp", "1", "-o", "a.exr"], options].concat()), 2, said);
+    }
+}
+
+#[test]
+fn presets_are_what_they_stand_for() {
+    let run = Run::new();
+    let pixels_of = |options: &[&str]| {
+        let image = pixels(&run.image("a.exr", &[&["--spp", "2"], options].concat()));
+        (0..12).flat_map(|y| (0..16).map(move |x| (x, y))).map(|(x, y)| image.get(x, y)).collect::<Vec<_>>()
+    };
+    assert_eq!(pixels_of(&["--preset", "direct"]), pixels_of(&["--max-depth", "2"]));
+    assert_eq!(pixels_of(&["--preset", "whitted"]), pixels_of(&["--paths", "CS*[DG]?L"]));
+    assert_eq!(pixels_of(&["--rays", "3"]), pixels_of(&["--light-samples", "3", "--splits", "3"]));
+    assert_ne!(pixels_of(&["--preset", "whitted"]), pixels_of(&[]));
 }
 
 #[test]

@@ -341,7 +341,9 @@ impl Lights {
         nth: u32,
     ) -> Option<(Point, PdfArea)> {
         let (id, choice) = match &self.next_event {
-            NextEvent::Power => self.choose(u.z).map(|id| (id, self.choice.probability(id.0 as usize)))?,
+            NextEvent::Power => {
+                (!self.is_empty()).then(|| self.choice.sample(u.z)).map(|(i, p)| (LightId(i as u32), p))?
+            }
             _ => self.choose_at(from, u.z, nth)?,
         };
         let point = self.sample_position(geometry, materials, id, u.truncate());
