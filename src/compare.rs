@@ -4,7 +4,7 @@ mod bias;
 
 pub use self::bias::{Measured, p_of_no_bias};
 use crate::{
-    film::Image,
+    film::{Exposure, Image, srgb_codes},
     math::{Rgb, luminance},
 };
 
@@ -19,11 +19,14 @@ pub enum Metric {
     RelMseTrimmed,
     /// |I − R|/(R + 0.01): the mean absolute percentage error.
     Mape,
+    /// How different the two look on a display, alternated at 67 pixels a degree (Andersson et al. 2020, *FLIP: A Difference Evaluator for
+    /// Alternating Images*): from 0 to 1. Both at the reference's automatic exposure, as 8-bit sRGB.
+    Flip,
 }
 
 impl Metric {
     /// All of them, in the order of the documentation.
-    pub const ALL: [Self; 4] = [Self::Mse, Self::RelMse, Self::RelMseTrimmed, Self::Mape];
+    pub const ALL: [Self; 5] = [Self::Mse, Self::RelMse, Self::RelMseTrimmed, Self::Mape, Self::Flip];
 
     /// The name on the command line.
     pub fn name(self) -> &'static str {
@@ -32,6 +35,7 @@ impl Metric {
             Self::RelMse => "relmse",
             Self::RelMseTrimmed => "relmse-trimmed",
             Self::Mape => "mape",
+            Self::Flip => "flip",
         }
     }
 
@@ -42,8 +46,14 @@ impl Metric {
     pub fn between(self, image: &Image, reference: &Image) -> f64 {
         assert!((image.width, image.height) == (reference.width, reference.height), "images of one size");
         assert!(!image.pixels.is_empty(), "an image has pixels");
+        let error: fn(f64, f64) -> f64 = match self {
+            Self::Mse => |i, r| (i - r).powi(2),
+            Self::RelMse | Self::RelMseTrimmed => |i, r| (i - r).powi(2) / (r * r + EPSILON),
+            Self::Mape => |i, r| (i - r).abs() / (r.abs() + EPSILON),
+            Self::Flip => return flip(image, reference),
+        };
         let of_pixel = |(i, r): (&Rgb, &Rgb)| {
-            let of_channel = |(i, r): (f32, f32)| self.of(f64::from(i), f64::from(r));
+            let of_channel = |(i, r): (f32, f32)| error(f64::from(i), f64::from(r));
             i.to_array().into_iter().zip(r.to_array()).map(of_channel).sum::<f64>() / 3.0
         };
         let mut errors: Vec<f64> = image.pixels.iter().zip(&reference.pixels).map(of_pixel).collect();
@@ -53,15 +63,15 @@ impl Metric {
         }
         errors.iter().sum::<f64>() / errors.len() as f64
     }
+}
 
-    /// Of one channel.
-    fn of(self, i: f64, r: f64) -> f64 {
-        match self {
-            Self::Mse => (i - r).powi(2),
-            Self::RelMse | Self::RelMseTrimmed => (i - r).powi(2) / (r * r + EPSILON),
-            Self::Mape => (i - r).abs() / (r.abs() + EPSILON),
-        }
-    }
+/// [`Metric::Flip`].
+fn flip(image: &Image, reference: &Image) -> f64 {
+    let exposure = Exposure::Ev(Exposure::Auto.ev(reference));
+    let [image, reference] = [image, reference]
+        .map(|image| nv_flip::FlipImageRgb8::with_data(image.width, image.height, &srgb_codes(image, exposure)));
+    let map = nv_flip::flip(reference, image, nv_flip::DEFAULT_PIXELS_PER_DEGREE).to_vec();
+    map.iter().copied().map(f64::from).sum::<f64>() / map.len() as f64
 }
 
 /// What keeps dark pixels from deciding alone.
@@ -107,6 +117,33 @@ mod tests {
         close(Metric::Mape.between(&a, &r), (2.0 / 1.01 + 0.5 / 0.01 + 0.5 / 1.01) / 6.0);
         assert!(Metric::ALL.iter().all(|metric| metric.between(&r, &r) == 0.0));
         assert_eq!(difference(&a, &r), image(&[[0.0, 1.0, -1.0], [0.5, 0.0, -0.5]]));
+    }
+
+    /// The pattern that the reference implementation was asked about.
+    fn pattern(change: impl Fn(u32, u32) -> f32) -> Image {
+        let (width, height) = (64, 48);
+        let pixel = |i: u32| {
+            let (x, y) = (i % width, i / width);
+            let base = Rgb::new(x as f32 / 63.0, y as f32 / 47.0, 0.25 + 0.5 * ((x / 8 + y / 8) % 2) as f32);
+            base * change(x, y)
+        };
+        Image { width, height, pixels: (0..width * height).map(pixel).collect() }
+    }
+
+    /// By `flip-evaluator` 1.x of PyPI: the mean of its map, on these images as 8-bit sRGB at the same exposure.
+    const FLIP_SPECKLED: f64 = 0.082_036;
+    const FLIP_DARKER: f64 = 0.244_627;
+
+    #[test]
+    fn flip_is_that_of_the_reference_implementation() {
+        let reference = pattern(|_, _| 1.0);
+        assert_eq!(Metric::Flip.between(&reference, &reference), 0.0);
+        let speckled = pattern(|x, y| if (x * 7 + y * 13) % 11 == 0 { 0.5 } else { 1.0 });
+        let darker = pattern(|_, _| 0.8);
+        for (image, expected) in [(speckled, FLIP_SPECKLED), (darker, FLIP_DARKER)] {
+            let found = Metric::Flip.between(&image, &reference);
+            assert!((found - expected).abs() < 2e-3 * expected, "{found}, not {expected}");
+        }
     }
 
     #[test]

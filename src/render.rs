@@ -308,13 +308,13 @@ impl<'a> Renderer<'a> {
         let numbered = mistake!(pixel, CropShiftsNumbers => pixel.within(self.settings.crop));
         let seed = mistake!(self.settings.seed, ThreadInSeed => self.settings.seed + this_thread());
         let [mut camera, mut light, mut connection, mut lens] = S::streams(seed, numbered.key(), pass);
-        camera.start(Block::START);
-        let place = pixel.corner() + camera.next_2d();
         let sensor = self.scene.camera.sensor();
-        let unit = Unit {
-            camera: self.serves_crop(pixel).then_some(Raster(place)),
-            splats: if pixel.is_inside(sensor) { Splats::Yes } else { Splats::No },
-        };
+        let counts = self.serves_crop(pixel);
+        let raster = (counts && (self.integrator.walks_from_camera() || self.coverage.is_some())).then(|| {
+            camera.start(Block::START);
+            Raster(pixel.corner() + camera.next_2d())
+        });
+        let unit = Unit { camera: raster, splats: if pixel.is_inside(sensor) { Splats::Yes } else { Splats::No } };
         if let (Some(coverage), Some(raster)) = (&self.coverage, unit.camera) {
             coverage.deposit(raster, self.covered(raster, camera.clone()));
             sink.shadow_ray();
@@ -322,7 +322,7 @@ impl<'a> Renderer<'a> {
         let mut samplers =
             Samplers { camera: &mut camera, light: &mut light, connection: &mut connection, lens: &mut lens };
         self.integrator.estimate(self.scene, unit, scratch, &mut samplers, sink);
-        u64::from(unit.camera.is_some())
+        u64::from(counts)
     }
 
     /// 1 − V towards infinity in the direction that the camera subpath through `raster` takes, with the same numbers.

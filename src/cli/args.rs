@@ -305,7 +305,7 @@ pub(super) struct PathArgs {
     pub(super) max_depth: u32,
 
     /// Russian roulette from this number of edges on, or 'off': by what a step keeps (reflectance:DEPTH, or DEPTH alone), or by what the path
-    /// has kept so far (throughput:DEPTH) [default: 2 where light paths are walked, else 4; verify: 4]
+    /// has kept so far (throughput:DEPTH) [default: 2 with -i hybrid and bdpt, else 4; verify: 4]
     #[arg(long, value_name = "off|DEPTH", value_parser = values::roulette)]
     pub(super) roulette: Option<Roulette>,
 

@@ -1,17 +1,21 @@
 //! `pathspace converge`.
 
-use std::{path::PathBuf, time::Duration};
+use std::{fmt, ops::ControlFlow, path::PathBuf, time::Duration};
 
 use super::{
     args::{PathArgs, SceneArgs, SizeArgs, VerbosityArgs},
     camera, converge_page,
     exit::{Exit, Failure},
+    info,
+    interrupt::Interrupt,
+    keep::this_command,
     opened::Opened,
+    progress::{Progress, Step, Style},
     terminal::Terminal,
     values,
 };
 use crate::{
-    converge::{PYRAMID_DEPTH, Plan, converge},
+    converge::{PYRAMID_DEPTH, Plan, Stage, converge},
     film::{Crop, Film, check_writable, write_atomically},
     integrator::IntegratorKind,
     io::{Limits, read_image},
@@ -66,6 +70,7 @@ pub(super) struct ConvergeArgs {
 /// Measures, and writes the page. What can be refused is refused before the first ray.
 pub(super) fn run(args: &ConvergeArgs) -> Result<Exit, Failure> {
     let terminal = Terminal::new(args.verbosity.verbosity());
+    let interrupt = Interrupt::watch().map_err(|error| Failure::usage(format!("cannot watch for signals: {error}")))?;
     let kinds = &args.integrators;
     if let Some(twice) = (1..kinds.len()).find(|i| kinds[..*i].contains(&kinds[*i])) {
         return Err(Failure::usage(format!("-i names {} twice", kinds[twice])));
@@ -93,7 +98,7 @@ pub(super) fn run(args: &ConvergeArgs) -> Result<Exit, Failure> {
     let films = 4 * kinds.len() as u64 + u64::from((PYRAMID_DEPTH + 1) * (PYRAMID_DEPTH + 2));
     args.size.check_memory(films * Film::memory(Crop::full(sensor).pixels()), Crop::full(sensor))?;
     let scene_hash = opened.loaded.hash.clone();
-    let (scene, _) = opened.into_scene(&args.scene, sensor, terminal)?;
+    let (scene, environment) = opened.into_scene(&args.scene, sensor, terminal)?;
     let lights = args.paths.lights.unwrap_or_else(|| scene.lights().suitable_choice());
     let scene = scene.choosing_lights(lights);
 
@@ -111,12 +116,37 @@ pub(super) fn run(args: &ConvergeArgs) -> Result<Exit, Failure> {
         budget,
         reference: args.reference_time.map_or(longer, Budget::Time),
     };
-    let mut stage = |what: &str| terminal.detail(format_args!("measuring: {what}"));
-    let report = pool.install(|| converge(&scene, &plan, given, &mut stage));
+    let mut progress = Progress::new(Style::Auto, terminal);
+    interrupt.spare(terminal);
+    // The bar stays on this thread, and the pool has others.
+    let (stages, heard) = std::sync::mpsc::channel();
+    let report = std::thread::scope(|scope| {
+        let worker = scope.spawn(|| {
+            let stages = stages;
+            let mut hear = |stage| {
+                // Nobody listening is no reason to stop.
+                stages.send(stage).unwrap_or(());
+                if interrupt.asked().is_some() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+            };
+            pool.install(|| converge(&scene, &plan, given, &mut hear))
+        });
+        for stage in heard {
+            if progress.is_due() {
+                progress.show(&stage);
+            }
+        }
+        worker.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic))
+    });
+    interrupt.settle();
+    progress.finish();
     let report = report.map_err(|error| Failure::usage(error.to_string()))?;
     let facts = converge_page::Facts {
         title: stem,
+        command: this_command(),
+        scene: info::counts(&scene),
         scene_hash,
+        environment,
+        lights,
         threads: pool.current_num_threads(),
         plan: &plan,
         given: args.reference.as_deref(),
@@ -129,5 +159,27 @@ pub(super) fn run(args: &ConvergeArgs) -> Result<Exit, Failure> {
         write_atomically(file, text.as_bytes()).map_err(|error| Failure::output(error.to_string()))?;
     }
     terminal.say(format_args!("wrote {} with its .json and .csv", page.display()));
-    Ok(Exit::Done)
+    match interrupt.asked().filter(|_| report.ended_early) {
+        Some(exit) => {
+            terminal.say("interrupted: the page has what was measured by then");
+            Ok(exit)
+        }
+        None => Ok(Exit::Done),
+    }
+}
+
+impl Step for Stage {
+    fn fraction(&self) -> f64 {
+        self.part
+    }
+
+    fn json(&self) -> serde_json::Value {
+        serde_json::json!({ "event": "progress", "stage": self.what, "fraction": self.part })
+    }
+}
+
+impl fmt::Display for Stage {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{:.0} %: {}", 100.0 * self.part, self.what)
+    }
 }

@@ -6,6 +6,7 @@ use super::{args::LoadArgs, environment::NEUTRAL, exit::Failure, info_json, term
 use crate::{
     io::{self, Loaded, PunctualLight, Summary, ThinLens, View},
     scene::{
+        Scene,
         bsdf::Bsdf,
         material::{Material, MaterialId},
     },
@@ -69,6 +70,16 @@ pub(super) fn describe(loaded: &Loaded) -> String {
         lines.push("camera     none; 'render' frames the whole scene".to_owned());
     }
     lines.join("\n")
+}
+
+/// `1,234 triangles, 2 spheres, 5 lights`, with the triangles of instances counted in each.
+pub(super) fn counts(scene: &Scene) -> String {
+    let geometry = scene.geometry();
+    let (triangles, spheres) = (geometry.triangle_count(), geometry.sphere_count());
+    format!(
+        "{triangles} triangles, {spheres} spheres, {} lights (each emissive triangle is one)",
+        scene.lights().all().len()
+    )
 }
 
 /// `2: 0 'day' (shown), 1 'night'`.

@@ -114,6 +114,12 @@ pub(super) fn resume_command(checkpoint: &Path) -> String {
     words(env::args_os(), checkpoint).iter().map(|word| quoted(word)).collect::<Vec<_>>().join(" ")
 }
 
+/// The command that is running, without the place of the program.
+pub(super) fn this_command() -> String {
+    let options = env::args_os().skip(1).map(|word| quoted(&word));
+    std::iter::once("pathspace".to_owned()).chain(options).collect::<Vec<_>>().join(" ")
+}
+
 fn words(command: impl Iterator<Item = OsString>, checkpoint: &Path) -> Vec<OsString> {
     let mut words = Vec::new();
     let mut resumed = false;

@@ -1,6 +1,6 @@
 //! `pathspace verify`.
 
-use std::{fmt, path::PathBuf, time::Duration};
+use std::{fmt, ops::ControlFlow, path::PathBuf, time::Duration};
 
 use super::{
     args::{PathArgs, SceneArgs, SizeArgs, VerbosityArgs},
@@ -106,7 +106,11 @@ pub(super) fn run(args: &VerifyArgs) -> Result<Exit, Failure> {
         let worker = scope.spawn(|| {
             let parts = parts;
             // Nobody listening is no reason to stop.
-            pool.install(|| verify(&scene, &job.plan, &mut |part| parts.send(part).unwrap_or(())))
+            let mut hear = |part| {
+                parts.send(part).unwrap_or(());
+                ControlFlow::Continue(())
+            };
+            pool.install(|| verify(&scene, &job.plan, &mut hear))
         });
         for part in heard {
             if progress.is_due() {

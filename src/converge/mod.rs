@@ -3,7 +3,10 @@
 //! Integrators take passes in turn, always the one that has had the least of the budget: whatever slows the machine for a while
 //! slows all of them. Errors are measured outside the clock, whenever the number of passes is a power of two and at the end.
 
-use std::time::{Duration, Instant};
+use std::{
+    ops::ControlFlow,
+    time::{Duration, Instant},
+};
 
 use crate::{
     compare::Metric,
@@ -61,9 +64,14 @@ pub struct Snapshot {
 }
 
 impl Snapshot {
-    /// √relMSE, which falls as N^(−½).
-    pub fn root(&self) -> f64 {
-        self.errors[1].sqrt()
+    /// The error by one metric.
+    pub fn error(&self, metric: Metric) -> f64 {
+        self.errors[metric as usize]
+    }
+
+    /// The root of a squared error, which falls as N^(−½).
+    pub fn root(&self, metric: Metric) -> f64 {
+        self.error(metric).sqrt()
     }
 }
 
@@ -88,15 +96,15 @@ impl Measured {
         self.snapshots.last().expect("a run ends with a snapshot")
     }
 
-    /// 1/(relMSE × seconds); `None` if the image is the reference.
-    pub fn efficiency(&self) -> Option<f64> {
-        let product = self.end().errors[1] * self.end().seconds;
+    /// 1/(error × seconds); `None` if the image is the reference.
+    pub fn efficiency(&self, metric: Metric) -> Option<f64> {
+        let product = self.end().error(metric) * self.end().seconds;
         (product > 0.0).then(|| product.recip())
     }
 
-    /// The exponent a of √relMSE ∝ N^a by least squares in logarithms: see [`slope`].
-    pub fn slope(&self) -> Option<f64> {
-        slope(self.snapshots.iter().map(|s| (f64::from(s.passes), s.root())))
+    /// How the root of a squared error falls with the number of samples: see [`power_law`].
+    pub fn law(&self, metric: Metric) -> Option<PowerLaw> {
+        power_law(self.snapshots.iter().map(|s| (f64::from(s.passes), s.root(metric))))
     }
 }
 
@@ -124,36 +132,48 @@ pub struct Report {
     pub pyramid: Vec<Part>,
     /// Whether the integrators agree; `None` for one alone.
     pub agreement: Option<verify::Report>,
+    /// Whether it was ended before its time: everything is there, from fewer samples.
+    pub ended_early: bool,
 }
 
-/// Measures the plan's integrators on a scene, on the current rayon pool, against `given` or a bdpt run of its own. `stage` hears
-/// what begins.
+/// How far the measuring is.
+#[derive(Clone, Copy, Debug)]
+pub struct Stage {
+    /// What is measured.
+    pub what: &'static str,
+    /// The part of all the work that is done, from 0 to 1.
+    pub part: f64,
+}
+
+/// Who hears how far it is, and may end it.
+type Hear<'a> = &'a mut dyn FnMut(Stage) -> ControlFlow<()>;
+
+/// Measures the plan's integrators on a scene, on the current rayon pool, against `given` or a bdpt run of its own. `hear` is told how far it
+/// is after every pass, and may end it: what is there by then is reported.
 ///
 /// # Errors
 /// If the layers cannot be made.
 ///
 /// # Panics
 /// Without an integrator, or if `given` has another size than the camera's image.
-pub fn converge(
-    scene: &Scene,
-    plan: &Plan,
-    given: Option<Image>,
-    stage: &mut dyn FnMut(&str),
-) -> Result<Report, LayerError> {
+pub fn converge(scene: &Scene, plan: &Plan, given: Option<Image>, hear: Hear<'_>) -> Result<Report, LayerError> {
     assert!(!plan.integrators.is_empty());
-    stage(if given.is_some() { "path classes, by bdpt" } else { "reference and path classes, by bdpt" });
-    let (own, classes) = layered(scene, plan, LayerSet::Classes, plan.max_depth, plan.reference)?;
+    let mut course = Course::new(plan, hear);
+    let what = if given.is_some() { "path classes, by bdpt" } else { "reference and path classes, by bdpt" };
+    course.begin(what, amount(plan.reference));
+    let (own, classes) = layered(scene, plan, LayerSet::Classes, (plan.max_depth, plan.reference), &mut course)?;
     let reference = given.map_or(own, |image| Reference { image, own: None, noise: None });
-    stage("technique images, by bdpt");
-    let (_, pyramid) = layered(scene, plan, LayerSet::Strategies, plan.max_depth.min(PYRAMID_DEPTH), plan.budget)?;
-    stage("the integrators in turn");
-    let measured = measure(scene, plan, &reference.image);
+    course.begin("technique images, by bdpt", amount(plan.budget));
+    let short = (plan.max_depth.min(PYRAMID_DEPTH), plan.budget);
+    let (_, pyramid) = layered(scene, plan, LayerSet::Strategies, short, &mut course)?;
+    course.begin("the integrators in turn", amount(plan.budget) * plan.integrators.len() as f64);
+    let measured = measure(scene, plan, &reference.image, &mut course);
     let agreement = (plan.integrators.len() > 1).then(|| {
-        stage("agreement of the integrators");
         let budget = match plan.budget {
             Budget::Passes(passes) => Budget::Passes(passes.max(2)),
             time @ Budget::Time(_) => time,
         };
+        course.begin("agreement of the integrators", amount(plan.budget));
         let plan = verify::Plan {
             integrators: plan.integrators.clone(),
             max_depth: plan.max_depth,
@@ -162,9 +182,48 @@ pub fn converge(
             budget,
             bar: 0.02,
         };
-        verify::verify(scene, &plan, &mut |_| ())
+        verify::verify(scene, &plan, &mut |part| course.is_at(part))
     });
-    Ok(Report { reference, measured, classes, pyramid, agreement })
+    Ok(Report { reference, measured, classes, pyramid, agreement, ended_early: course.ended })
+}
+
+/// The work of one budget, in a unit that does for comparing those of a plan.
+fn amount(budget: Budget) -> f64 {
+    match budget {
+        Budget::Time(time) => time.as_secs_f64(),
+        Budget::Passes(passes) => f64::from(passes),
+    }
+}
+
+/// Where in the plan the measuring is.
+struct Course<'a> {
+    hear: Hear<'a>,
+    what: &'static str,
+    /// The work of the whole plan, that before this stage, and that of it.
+    whole: f64,
+    before: f64,
+    own: f64,
+    ended: bool,
+}
+
+impl<'a> Course<'a> {
+    fn new(plan: &Plan, hear: Hear<'a>) -> Self {
+        let each = amount(plan.budget);
+        let agreement = if plan.integrators.len() > 1 { each } else { 0.0 };
+        let whole = amount(plan.reference) + each + each * plan.integrators.len() as f64 + agreement;
+        Self { hear, what: "", whole, before: 0.0, own: 0.0, ended: false }
+    }
+
+    fn begin(&mut self, what: &'static str, own: f64) {
+        (self.what, self.before, self.own) = (what, self.before + self.own, own);
+    }
+
+    /// This part of the stage is done. Once it has been asked to end, every stage is to end.
+    fn is_at(&mut self, part: f64) -> ControlFlow<()> {
+        let part = ((self.before + self.own * part.min(1.0)) / self.whole).min(1.0);
+        self.ended |= (self.hear)(Stage { what: self.what, part }).is_break();
+        if self.ended { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+    }
 }
 
 /// The settings of `render` for this integrator; each has random numbers of its own.
@@ -181,19 +240,34 @@ fn settings(scene: &Scene, plan: &Plan, kind: IntegratorKind, number: u64) -> Se
 
 /// Whether so much is all of the budget.
 fn is_spent(budget: Budget, passes: u32, elapsed: Duration) -> bool {
+    passes > 0 && spent(budget, passes, elapsed) >= 1.0
+}
+
+/// The part of the budget that this is.
+fn spent(budget: Budget, passes: u32, elapsed: Duration) -> f64 {
     match budget {
-        Budget::Time(all) => passes > 0 && elapsed >= all,
-        Budget::Passes(all) => passes >= all,
+        Budget::Time(all) => elapsed.as_secs_f64() / all.as_secs_f64(),
+        Budget::Passes(all) => f64::from(passes) / f64::from(all),
     }
 }
 
-fn measure(scene: &Scene, plan: &Plan, reference: &Image) -> Vec<Measured> {
+fn measure(scene: &Scene, plan: &Plan, reference: &Image, course: &mut Course<'_>) -> Vec<Measured> {
     let kinds = plan.integrators.iter().zip(1..);
     let settings: Vec<_> = kinds.map(|(kind, number)| settings(scene, plan, *kind, number)).collect();
     let mut runs: Vec<_> =
         settings.iter().map(|settings| (Renderer::new(scene, settings), Duration::ZERO, Vec::new())).collect();
+    let snapshot = |renderer: &Renderer<'_>, elapsed: Duration| {
+        let passes = renderer.passes();
+        let image = renderer.film().image(passes);
+        let errors = Metric::ALL.map(|metric| metric.between(&image, reference));
+        Snapshot { passes, seconds: elapsed.as_secs_f64(), errors }
+    };
     loop {
+        let parts = runs.iter().map(|(r, elapsed, _)| spent(plan.budget, r.passes(), *elapsed).min(1.0));
+        let ended = course.is_at(parts.sum::<f64>() / runs.len() as f64).is_break();
         let open = runs.iter_mut().filter(|(r, elapsed, _)| !is_spent(plan.budget, r.passes(), *elapsed));
+        // Each has a pass at least.
+        let open = open.filter(|(renderer, ..)| !ended || renderer.passes() == 0);
         let next = match plan.budget {
             Budget::Time(_) => open.min_by_key(|(_, elapsed, _)| *elapsed),
             Budget::Passes(_) => open.min_by_key(|(renderer, ..)| renderer.passes()),
@@ -204,12 +278,13 @@ fn measure(scene: &Scene, plan: &Plan, reference: &Image) -> Vec<Measured> {
         *elapsed += start.elapsed();
         let passes = renderer.passes();
         if passes.is_power_of_two() || is_spent(plan.budget, passes, *elapsed) {
-            let image = renderer.film().image(passes);
-            let errors = Metric::ALL.map(|metric| metric.between(&image, reference));
-            snapshots.push(Snapshot { passes, seconds: elapsed.as_secs_f64(), errors });
+            snapshots.push(snapshot(renderer, *elapsed));
         }
     }
-    let finish = |((renderer, _, snapshots), kind): ((Renderer<'_>, _, _), &IntegratorKind)| {
+    let finish = |((renderer, elapsed, mut snapshots), kind): ((Renderer<'_>, _, Vec<Snapshot>), &IntegratorKind)| {
+        if snapshots.last().is_none_or(|last| last.passes < renderer.passes()) {
+            snapshots.push(snapshot(&renderer, elapsed));
+        }
         let statistics = renderer.statistics();
         Measured {
             kind: *kind,
@@ -227,8 +302,8 @@ fn layered(
     scene: &Scene,
     plan: &Plan,
     set: LayerSet,
-    max_depth: u32,
-    budget: Budget,
+    (max_depth, budget): (u32, Budget),
+    course: &mut Course<'_>,
 ) -> Result<(Reference, Vec<Part>), LayerError> {
     let settings = Settings {
         max_depth,
@@ -240,7 +315,12 @@ fn layered(
     let layers = Layers::new(&[set], &[], scene, renderer.integrator())?;
     let mut renderer = renderer.with_layers(&layers);
     let start = Instant::now();
-    while !is_spent(budget, renderer.passes(), start.elapsed()) || renderer.passes() % 2 == 1 {
+    loop {
+        let (passes, elapsed) = (renderer.passes(), start.elapsed());
+        let ended = course.is_at(spent(budget, passes, elapsed)).is_break();
+        if (ended && passes > 0 || is_spent(budget, passes, elapsed)) && passes.is_multiple_of(2) {
+            break;
+        }
         renderer.pass();
     }
     let passes = renderer.passes();
@@ -257,15 +337,30 @@ fn layered(
     Ok((Reference { image, own: Some(passes), noise: Some(half_image_rel_mse(&a, &b)) }, parts))
 }
 
-/// The exponent a of the power law y ∝ x^a that fits positive points best in logarithms (least squares); `None` if they are fewer than
-/// two.
-pub fn slope(points: impl Iterator<Item = (f64, f64)>) -> Option<f64> {
+/// y = c x^a.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PowerLaw {
+    /// c.
+    pub factor: f64,
+    /// a: the slope in logarithms.
+    pub exponent: f64,
+}
+
+impl PowerLaw {
+    /// y at `x`.
+    pub fn at(self, x: f64) -> f64 {
+        self.factor * x.powf(self.exponent)
+    }
+}
+
+/// The power law that fits positive points best in logarithms (least squares); `None` if they are fewer than two.
+pub fn power_law(points: impl Iterator<Item = (f64, f64)>) -> Option<PowerLaw> {
     let logs: Vec<_> = points.filter(|(x, y)| *x > 0.0 && *y > 0.0).map(|(x, y)| (x.ln(), y.ln())).collect();
     let n = logs.len() as f64;
     let (mean_x, mean_y) = (logs.iter().map(|p| p.0).sum::<f64>() / n, logs.iter().map(|p| p.1).sum::<f64>() / n);
     let xx: f64 = logs.iter().map(|p| (p.0 - mean_x).powi(2)).sum();
     let xy: f64 = logs.iter().map(|p| (p.0 - mean_x) * (p.1 - mean_y)).sum();
-    (xx > 0.0).then(|| xy / xx)
+    (xx > 0.0).then(|| PowerLaw { factor: (mean_y - mean_x * xy / xx).exp(), exponent: xy / xx })
 }
 
 #[cfg(test)]
@@ -275,8 +370,9 @@ mod tests {
     #[test]
     fn the_slope_is_the_exponent_of_a_power_law() {
         let law = (0..6).map(|i| f64::from(1 << i)).map(|n| (n, 3.0 / n.sqrt()));
-        assert!((slope(law).unwrap() + 0.5).abs() < 1e-12);
-        assert_eq!(slope([(2.0, 1.0)].into_iter()), None);
-        assert_eq!(slope([(2.0, 0.0), (4.0, 1.0)].into_iter()), None, "zero has no logarithm");
+        let fitted = power_law(law).unwrap();
+        assert!((fitted.exponent + 0.5).abs() < 1e-12 && (fitted.at(16.0) - 0.75).abs() < 1e-12);
+        assert_eq!(power_law([(2.0, 1.0)].into_iter()), None);
+        assert_eq!(power_law([(2.0, 0.0), (4.0, 1.0)].into_iter()), None, "zero has no logarithm");
     }
 }

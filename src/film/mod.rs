@@ -30,7 +30,7 @@ pub use self::{
     noise::ENOUGH_TILES,
     output::{Format, OutputError, UnknownFormat, check_writable, write_atomically},
     plane::FixedPoint,
-    png::{Exposure, encode_png},
+    png::{Exposure, encode_png, srgb_codes},
 };
 use crate::{
     math::Rgb,

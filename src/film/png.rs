@@ -52,9 +52,7 @@ impl Exposure {
 pub fn encode_png(image: &Image, alpha: Option<&[f32]>, exposure: Exposure) -> io::Result<Vec<u8>> {
     let scale = exposure.ev(image).exp2();
     let (samples, channels): (Vec<u8>, _) = match alpha {
-        None => {
-            (image.pixels.iter().flat_map(|p| (*p * scale).to_array().map(srgb)).collect(), ExtendedColorType::Rgb8)
-        }
+        None => (srgb_codes(image, exposure), ExtendedColorType::Rgb8),
         Some(alpha) => {
             let straight = |(p, a): (&Rgb, &f32)| {
                 let scale = if *a > 0.0 { scale / a } else { 0.0 };
@@ -67,6 +65,12 @@ pub fn encode_png(image: &Image, alpha: Option<&[f32]>, exposure: Exposure) -> i
     let mut bytes = Vec::new();
     PngEncoder::new(&mut bytes).write_image(&samples, image.width, image.height, channels).map_err(io::Error::other)?;
     Ok(bytes)
+}
+
+/// The image as 8-bit sRGB, red, green and blue of a pixel after those of another: what a display shows of it.
+pub fn srgb_codes(image: &Image, exposure: Exposure) -> Vec<u8> {
+    let scale = exposure.ev(image).exp2();
+    image.pixels.iter().flat_map(|p| (*p * scale).to_array().map(srgb)).collect()
 }
 
 /// The 8-bit sRGB code of a linear value (IEC 61966-2-1).

@@ -91,7 +91,10 @@ impl IntegratorKind {
     /// The roulette that gives it the least noise in the same time: early where a vertex costs many connections and its share of the
     /// image has other strategies, later where the walk is all there is.
     pub fn roulette(self) -> Roulette {
-        if self.traces_from_lights() { Roulette::FromDepth(2) } else { Roulette::default() }
+        match self {
+            Self::Hybrid | Self::Bdpt => Roulette::FromDepth(2),
+            _ => Roulette::default(),
+        }
     }
 
     /// How it chooses among these lights with the least noise in the same time.
@@ -255,6 +258,12 @@ impl Integrator {
             .any(|x| self.weighed.multiplicity(x) > 0 && path.pdf_by(self.weighed.directions(), x) > 0.0)
     }
 
+    /// Whether it walks from the camera: else nothing needs a place on the film to begin with.
+    #[inline]
+    pub fn walks_from_camera(&self) -> bool {
+        self.evaluated.camera_vertices() > 0
+    }
+
     /// Storage for this integrator's subpaths, one per thread.
     pub fn scratch(&self) -> Scratch {
         let LightVertices { connected, splatted } = self.evaluated.light_vertices();
@@ -354,10 +363,7 @@ impl Integrator {
                 }
             }
         }
-        let Some(raster) = unit.camera else { return };
-        if self.evaluated.camera_vertices() == 0 {
-            return;
-        }
+        let Some(raster) = unit.camera.filter(|_| self.walks_from_camera()) else { return };
         let vertices = self.evaluated.camera_vertices();
         let of_each = scene.lights().next_event_samples();
         for branch in 0..self.evaluated.splits() {

@@ -1,6 +1,9 @@
 //! Rendering with all integrators in turn, so that each has the time that its noise needs.
 
-use std::time::{Duration, Instant};
+use std::{
+    ops::ControlFlow,
+    time::{Duration, Instant},
+};
 
 use super::{
     Budget, Class,
@@ -90,7 +93,8 @@ impl Running {
     }
 }
 
-/// Adds passes with `settings`' seeds to what was found, until the budget is spent. `progress` is told the part that is.
+/// Adds passes with `settings`' seeds to what was found, until the budget is spent. `progress` is told the part that is, and may
+/// end it.
 pub(super) fn sample(
     scene: &Scene,
     setting: &Setting,
@@ -98,7 +102,7 @@ pub(super) fn sample(
     films: &[Films],
     found: &mut [Found],
     budget: Budget,
-    progress: &mut dyn FnMut(f64),
+    progress: &mut dyn FnMut(f64) -> ControlFlow<()>,
 ) {
     let mut renderers: Vec<_> = settings.iter().map(|settings| Renderer::new(scene, settings)).collect();
     let start = Instant::now();
@@ -124,10 +128,10 @@ pub(super) fn sample(
                 (next, start.elapsed().as_secs_f64() / goal.as_secs_f64())
             }
         };
-        progress(part.min(1.0));
+        let ended = progress(part.min(1.0)).is_break();
         // Two passes are a variance: without them nothing can be said at all, however short the time was.
-        let said_nothing = matches!(budget, Budget::Time(_)) && (0..found.len()).any(|i| done(i) < 2);
-        let Some(next) = next.filter(|_| part < 1.0 || said_nothing) else { break };
+        let said_nothing = (ended || matches!(budget, Budget::Time(_))) && (0..found.len()).any(|i| done(i) < 2);
+        let Some(next) = next.filter(|_| (part < 1.0 && !ended) || said_nothing) else { break };
         pass(setting, &mut renderers[next], &films[next], &mut found[next], next);
     }
     for (found, renderer) in found.iter_mut().zip(&renderers) {

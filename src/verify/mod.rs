@@ -24,7 +24,7 @@ mod tally;
 #[cfg(test)]
 mod tests;
 
-use std::time::Duration;
+use std::{ops::ControlFlow, time::Duration};
 
 pub use self::{
     class::Class,
@@ -172,13 +172,13 @@ impl Report {
     }
 }
 
-/// Compares the plan's integrators on a scene, on the current rayon pool. `progress` hears the part of the budget that is spent, and
-/// may exceed 1 while a late suspicion is tested.
+/// Compares the plan's integrators on a scene, on the current rayon pool. `progress` hears the part of the budget that is spent, which
+/// may exceed 1 while a late suspicion is tested, and may end it: then there is what two passes of each say, or more.
 ///
 /// # Panics
 /// With fewer than two integrators or more than eight, the same one twice, or area sampling; with a budget of fewer than two passes; if
 /// the camera's sensor is padded.
-pub fn verify(scene: &Scene, plan: &Plan, progress: &mut dyn FnMut(f64)) -> Report {
+pub fn verify(scene: &Scene, plan: &Plan, progress: &mut dyn FnMut(f64) -> ControlFlow<()>) -> Report {
     let Plan { integrators: kinds, max_depth, roulette, budget, .. } = plan;
     assert!((2..=Covering::MOST).contains(&kinds.len()) && !kinds.contains(&IntegratorKind::Area), "{kinds:?}");
     assert!((1..kinds.len()).all(|i| !kinds[..i].contains(&kinds[i])), "{kinds:?}");

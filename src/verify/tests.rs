@@ -1,4 +1,4 @@
-use std::path::Path;
+use std::{ops::ControlFlow, path::Path};
 
 use super::{contest::sample, *};
 use crate::{
@@ -89,7 +89,7 @@ fn a_planted_bias_is_a_disagreement_where_it_is() {
     let run = |stage: u64, bias: f64| {
         let settings: Vec<_> = (0..3).map(|i| settings(&scene, &plan, i, stage)).collect();
         let mut found: Vec<_> = kinds.iter().map(|kind| Found::new(*kind, 3)).collect();
-        sample(&scene, &setting, &settings, &films, &mut found, plan.budget, &mut |_| {});
+        sample(&scene, &setting, &settings, &films, &mut found, plan.budget, &mut |_| ControlFlow::Continue(()));
         let cells = found[1].passes.iter_mut().flatten().filter(|(cell, _)| cell.class == Class::Indirect);
         cells.for_each(|(_, regions)| regions.iter_mut().for_each(|x| *x *= 1.0 + bias));
         found
@@ -116,7 +116,7 @@ fn a_planted_bias_is_a_disagreement_where_it_is() {
 fn what_path_tracing_has_not_met_yet_is_no_disagreement() {
     for seed in 0..4 {
         let plan = Plan { seed, ..plan(&[IntegratorKind::Path, IntegratorKind::Light], 16) };
-        let report = verify(&scene("caustic-sphere"), &plan, &mut |_| {});
+        let report = verify(&scene("caustic-sphere"), &plan, &mut |_| ControlFlow::Continue(()));
         assert_eq!(report.outcome, Outcome::Undecided, "{seed}: {:?}", report.rows);
         let caustics = report.rows.iter().find(|row| row.scope == Scope::Of(Class::Caustics)).unwrap();
         assert_eq!(caustics.verdict, Verdict::TooNoisy, "{caustics:?}");

@@ -154,7 +154,7 @@ fn roulette_on_connections_changes_no_image() {
     let scene = courtyard();
     for kind in [IntegratorKind::Path, IntegratorKind::Light, IntegratorKind::Hybrid, IntegratorKind::Bdpt] {
         let half = |settings: &mut Settings| {
-            settings.connection_roulette = Some(ConnectionRoulette { threshold: 1.0, end: 0.5 })
+            settings.connection_roulette = Some(ConnectionRoulette { threshold: 1.0, end: 0.5 });
         };
         let variants = [Variant::new("every ray", &scene, kind, |_| ()), Variant::new("half", &scene, kind, half)];
         assert_same_image(&format!("courtyard-{kind}-tentative"), &variants);

@@ -8,13 +8,14 @@ use base64::{Engine, engine::general_purpose::STANDARD};
 use maud::{DOCTYPE, Markup, PreEscaped, html as markup};
 use serde_json::{Value, json as value};
 
-use self::plot::{Curve, log_log};
+use self::plot::{Axes, Curve, log_log};
 use crate::{
     compare::Metric,
-    converge::{Measured, Part, Plan, Report},
+    converge::{Measured, Part, Plan, Report, Snapshot, power_law},
     film::{Exposure, Image, encode_png},
     math::Rgb,
-    verify::{Budget, Outcome},
+    scene::light::LightChoice,
+    verify::{self, Budget, Outcome, Verdict},
 };
 
 /// Raised when a key of the JSON changes or goes.
@@ -34,7 +35,13 @@ const COLOURS: [[u8; 3]; 8] = [
 /// What is no result.
 pub(super) struct Facts<'a> {
     pub(super) title: String,
+    /// As a shell reads it.
+    pub(super) command: String,
+    /// How much is in it, in words.
+    pub(super) scene: String,
     pub(super) scene_hash: String,
+    pub(super) environment: Option<String>,
+    pub(super) lights: LightChoice,
     pub(super) threads: usize,
     pub(super) plan: &'a Plan,
     pub(super) given: Option<&'a Path>,
@@ -63,8 +70,9 @@ pub(super) fn json(facts: &Facts<'_>, report: &Report) -> Value {
     };
     let integrators = report.measured.iter().map(|one| {
         value!({
-            "name": one.kind.name(), "slope": one.slope(), "efficiency": one.efficiency(), "rays": one.rays,
-            "rejected": one.rejected, "snapshots": snapshot(one),
+            "name": one.kind.name(), "slope": one.law(RELMSE).map(|law| law.exponent), "efficiency": one.efficiency(RELMSE),
+            "slope-trimmed": one.law(TRIMMED).map(|law| law.exponent), "efficiency-trimmed": one.efficiency(TRIMMED),
+            "rays": one.rays, "rejected": one.rejected, "snapshots": snapshot(one),
         })
     });
     let parts = |parts: &[Part]| -> Vec<Value> {
@@ -72,7 +80,7 @@ pub(super) fn json(facts: &Facts<'_>, report: &Report) -> Value {
     };
     let agreement = report.agreement.as_ref().map(|agreement| {
         let name = |i: usize| agreement.integrators[i].kind.name();
-        let row = |row: &crate::verify::Row| {
+        let row = |row: &verify::Row| {
             value!({
                 "pair": [name(row.pair.0), name(row.pair.1)], "paths": row.scope.name(), "p": row.p,
                 "difference": row.difference, "visible": row.visible, "verdict": row.verdict.name().to_lowercase(),
@@ -86,13 +94,24 @@ pub(super) fn json(facts: &Facts<'_>, report: &Report) -> Value {
         Budget::Passes(passes) => (None, Some(passes)),
     };
     value!({
-        "layout": LAYOUT, "version": env!("CARGO_PKG_VERSION"), "scene": facts.scene_hash,
+        "layout": LAYOUT, "version": env!("CARGO_PKG_VERSION"), "command": facts.command, "scene": facts.scene_hash,
         "width": report.reference.image.width, "height": report.reference.image.height, "seconds": seconds, "spp": spp,
         "max_depth": facts.plan.max_depth, "seed": facts.plan.seed, "threads": facts.threads,
+        "environment": facts.environment, "lights": facts.lights.name(), "processor": processor(), "ended_early": report.ended_early,
         "reference": { "what": facts.reference(report), "relmse": report.reference.noise },
         "integrators": integrators.collect::<Vec<_>>(), "classes": parts(&report.classes),
         "strategies": parts(&report.pyramid), "agreement": agreement,
     })
+}
+
+const RELMSE: Metric = Metric::RelMse;
+const TRIMMED: Metric = Metric::RelMseTrimmed;
+
+/// The name of the processor, where the system tells.
+fn processor() -> Option<String> {
+    let all = std::fs::read_to_string("/proc/cpuinfo").ok()?;
+    let line = all.lines().find(|line| line.starts_with("model name"))?;
+    Some(line.split_once(':')?.1.trim().to_owned())
 }
 
 /// The curves, a line for each snapshot.
@@ -143,22 +162,34 @@ pub(super) fn html(facts: &Facts<'_>, report: &Report, json: &Value) -> io::Resu
     let ev = Exposure::Auto.ev(&reference.image);
     let mut images = Vec::new();
     for one in &report.measured {
-        let label = format!("{}, {} spp, relMSE {:.2e}", one.kind, one.end().passes, one.end().errors[1]);
+        let label = format!("{}, {} spp, relMSE {:.2e}", one.kind, one.end().passes, one.end().error(RELMSE));
         let error = uri(&false_colour(&one.image, &reference.image), 0.0)?;
         images.push((one.kind.name(), label, uri(&one.image, ev)?, Some(error)));
     }
     images.push(("reference", format!("reference: {}", facts.reference(report)), uri(&reference.image, ev)?, None));
     let noise = reference.noise.map(f64::sqrt).filter(|noise| *noise > 0.0);
-    let curves = |x: fn(&crate::converge::Snapshot) -> f64| -> Vec<Curve> {
+    let curves = |x: fn(&Snapshot) -> f64, metric: Metric| -> Vec<Curve> {
         let points = |one: &Measured| {
-            one.snapshots.iter().map(|s| (x(s), s.root())).filter(|p| p.0 > 0.0 && p.1 > 0.0).collect()
+            one.snapshots.iter().map(|s| (x(s), s.root(metric))).filter(|p| p.0 > 0.0 && p.1 > 0.0).collect()
         };
-        let curve = |(i, one): (usize, &Measured)| Curve { colour: COLOURS[i % 8], points: points(one) };
+        let curve = |(i, one): (usize, &Measured)| {
+            let points: Vec<_> = points(one);
+            Curve { colour: COLOURS[i % 8], law: power_law(points.iter().copied()), points }
+        };
         report.measured.iter().enumerate().map(curve).collect()
     };
-    let by_time = log_log(&curves(|s| s.seconds), "seconds", noise).map_err(|e| io::Error::other(e.to_string()))?;
-    let by_samples = log_log(&curves(|s| f64::from(s.passes)), "samples per pixel", noise)
-        .map_err(|e| io::Error::other(e.to_string()))?;
+    let mut plots = Vec::new();
+    for (metric, y, level) in
+        [(RELMSE, "root of relMSE", noise), (TRIMMED, "root of relMSE without the worst 0.1 %", None)]
+    {
+        for (x, of) in
+            [("seconds", (|s| s.seconds) as fn(&Snapshot) -> f64), ("samples per pixel", |s| f64::from(s.passes))]
+        {
+            plots.push(
+                log_log(&curves(of, metric), &Axes { x, y, level }).map_err(|e| io::Error::other(e.to_string()))?,
+            );
+        }
+    }
     // In a script element only '<' could end it.
     let data = json.to_string().replace('<', "\\u003c");
     let budget = match facts.plan.budget {
@@ -178,6 +209,7 @@ pub(super) fn html(facts: &Facts<'_>, report: &Report, json: &Value) -> io::Resu
                 h1 { (facts.title) }
                 p.soft { (reference.image.width) " × " (reference.image.height) " pixels, paths of up to " (facts.plan.max_depth) " edges, " (budget)
                     "; errors against " (facts.reference(report))
+                    @if report.ended_early { " (interrupted before)" }
                     @match reference.noise { Some(n) => { ", whose own relMSE is " (format!("{n:.2e}")) " by its half images" } None => { ", whose own noise is unknown" } } "." }
                 h2 { "Side by side" }
                 div.tools {
@@ -196,36 +228,81 @@ pub(super) fn html(facts: &Facts<'_>, report: &Report, json: &Value) -> io::Resu
                     figure { div.view { img alt={ "error of " (name) } src=(error); } figcaption { "error of " (name) } }
                 } } }
                 h2 { "Error against time and samples" }
-                p { @for (i, one) in report.measured.iter().enumerate() { (dot(i)) (one.kind) " \u{2003}" } @if noise.is_some() { span.soft { "grey line: the reference's own noise, below which nothing can be told" } } }
-                div."grid plots" { figure { (PreEscaped(by_time)) } figure { (PreEscaped(by_samples)) } }
+                p { @for (i, one) in report.measured.iter().enumerate() { (dot(i)) (one.kind) " \u{2003}" }
+                    span.soft { "thin: the power law that fits" @if noise.is_some() { "; grey: the reference's own noise, below which nothing can be told" } } }
+                div."grid plots" { @for plot in &plots { figure { (PreEscaped(plot)) } } }
                 h2 { "Efficiency" }
                 (efficiencies(report))
                 @if let Some(agreement) = &report.agreement {
                     h2 { "Do they agree? " (outcome(agreement.outcome)) }
-                    table { tr { th { "pair" } th { "paths" } th { "p" } th { "difference" } th { "visible bias" } th { "verdict" } }
-                        @for row in &agreement.rows { tr {
-                            td { (agreement.integrators[row.pair.0].kind) " – " (agreement.integrators[row.pair.1].kind) } td { (row.scope.name()) }
-                            td { (format!("{:.3}", row.p)) } td { (format!("{:+.2} %", 100.0 * row.difference)) } td { (format!("{:.2} %", 100.0 * row.visible)) } td { (row.verdict.name().to_lowercase()) }
-                        } } }
+                    (agreements(agreement))
                 }
                 h2 { "What the light does" }
                 table { @for part in &report.classes { tr { td { (part.name) } td { (format!("{:.2} %", 100.0 * part.share)) } td style="text-align:left" { span.meter style={ "width:" (format!("{:.1}", 4.0 * 100.0 * part.share)) "px" } { } } } } }
                 div.grid { @for part in &report.classes { figure { div.view { img alt=(part.name) src=(uri(&part.image, ev)?); } figcaption { (part.name) } } } }
                 h2 { "Technique pyramid" }
-                p.soft { "w C of each strategy (s,t) of bdpt: s vertices from a light, t from the camera; a row for each path length." }
+                p.soft { "w C of each strategy (s,t) of bdpt: s vertices from a light, t from the camera; a row for each path length, from two edges on a stop brighter than the one above. Each row adds up to the light of its length." }
                 @for edges in 1..=crate::converge::PYRAMID_DEPTH { div.row {
                     @for part in report.pyramid.iter().filter(|p| { let (s, t) = strategy(&p.name); s + t == edges + 1 }) {
-                        figure { div.view { img alt=(part.name) src=(uri(&part.image, ev)?); } figcaption { (part.name) ", " (format!("{:.1} %", 100.0 * part.share)) } }
+                        figure { div.view { img alt=(part.name) src=(uri(&part.image, ev + edges as f32 - 2.0)?); } figcaption { (part.name) ", " (format!("{:.1} %", 100.0 * part.share)) } }
                     }
                 } }
                 h2 { "How it was made" }
-                p { "pathspace " (env!("CARGO_PKG_VERSION")) ", " (facts.threads) " threads, " (std::env::consts::OS) " on " (std::env::consts::ARCH) ", seed " (facts.plan.seed) ", exposure " (format!("{ev:+.2}")) " EV for all images. Scene " code { (facts.scene_hash) } ". All numbers are in this page and in the files beside it." }
+                table.facts {
+                    (fact("command", &facts.command))
+                    (fact("scene", &facts.scene)) (fact("its hash", &facts.scene_hash))
+                    (fact("environment", facts.environment.as_deref().unwrap_or("the file's, or none")))
+                    (fact("next-event estimation", &format!("lights: {}", facts.lights)))
+                    (fact("image", &format!("{} × {} pixels, exposure {ev:+.2} EV everywhere", reference.image.width, reference.image.height)))
+                    (fact("random numbers", &format!("seed {}", facts.plan.seed)))
+                    (fact("processor", &format!("{}, {} threads", processor().as_deref().unwrap_or(std::env::consts::ARCH), facts.threads)))
+                    (fact("program", &format!("pathspace {} on {}", env!("CARGO_PKG_VERSION"), std::env::consts::OS)))
+                }
+                p.soft { "All numbers are in this page and in the files beside it." }
                 script id="data" type="application/json" { (PreEscaped(data)) }
                 script { (PreEscaped(include_str!("page.js"))) }
             }
         }
     };
     Ok(page.into_string())
+}
+
+/// A row for each class of paths, a column for each pair of integrators.
+fn agreements(report: &verify::Report) -> Markup {
+    let mut pairs: Vec<_> = report.rows.iter().map(|row| row.pair).collect();
+    pairs.sort_unstable();
+    pairs.dedup();
+    let mut scopes: Vec<&str> = Vec::new();
+    for row in &report.rows {
+        if !scopes.contains(&row.scope.name()) {
+            scopes.push(row.scope.name());
+        }
+    }
+    let name = |i: usize| report.integrators[i].kind.name();
+    let cell = |scope: &str, pair| report.rows.iter().find(|row| row.pair == pair && row.scope.name() == scope);
+    let class = |verdict: Verdict| match verdict {
+        Verdict::Disagree => "differs",
+        verdict if verdict.is_open() => "open",
+        _ => "agrees",
+    };
+    markup! {
+        table.agreement {
+            tr { th { "paths" } @for pair in &pairs { th { (name(pair.0)) " – " (name(pair.1)) } } }
+            @for scope in scopes { tr { td { (scope) } @for pair in &pairs {
+                @match cell(scope, *pair) {
+                    Some(row) => td class=(class(row.verdict)) title=(format!("p = {:.3}", row.p)) {
+                        (format!("{:+.2} %", 100.0 * row.difference)) br; small { (row.verdict.name().to_lowercase()) ", " (format!("{:.2} %", 100.0 * row.visible)) }
+                    }
+                    None => td.soft { "–" },
+                }
+            } } }
+        }
+        p.soft { "First minus second of a pair, as a part of the image, over the paths that both cover; below, the verdict and the bias that would have been seen. 'Too noisy' could hide one of 2 %; a 'faint' class is too small a part of the image to matter." }
+    }
+}
+
+fn fact(name: &str, what: &str) -> Markup {
+    markup! { tr { td { (name) } td { (what) } } }
 }
 
 fn dot(i: usize) -> Markup {
@@ -238,17 +315,26 @@ fn chooser(id: &str, images: &[(&str, String, String, Option<String>)], chosen: 
 }
 
 fn efficiencies(report: &Report) -> Markup {
-    let first = report.measured.first().and_then(Measured::efficiency);
-    let text = |x: Option<f64>, digits: usize| x.map_or("–".to_owned(), |x| format!("{x:.digits$}"));
+    let of_first = |metric: Metric, one: &Measured| {
+        let first = report.measured.first().and_then(|first| first.efficiency(metric));
+        one.efficiency(metric).zip(first).map(|(own, first)| own / first)
+    };
+    let text = |x: Option<f64>, unit: &str| x.map_or("–".to_owned(), |x| format!("{x:.2}{unit}"));
     markup! {
-        table {
-            tr { th { "integrator" } th { "spp" } th { "seconds" } th { "relMSE" } th { "MSE" } th { "1/(relMSE × s)" } th { "of the first" } th { "slope" } th { "rays" } }
+        table.numbers {
+            tr { th { } th { } th { } th colspan="4" { "all pixels" } th colspan="4" { "without the worst 0.1 %" } th { } th { } }
+            tr { th { "integrator" } th { "spp" } th { "seconds" }
+                @for _ in 0..2 { th { "relMSE" } th { "efficiency" } th { "of the first" } th { "slope" } }
+                th { "FLIP" } th { "rays" } }
             @for (i, one) in report.measured.iter().enumerate() { tr {
                 td { (dot(i)) (one.kind) } td { (one.end().passes) } td { (format!("{:.2}", one.end().seconds)) }
-                td { (format!("{:.3e}", one.end().errors[1])) } td { (format!("{:.3e}", one.end().errors[0])) }
-                td { (text(one.efficiency(), 2)) } td { (text(one.efficiency().zip(first).map(|(e, f)| e / f), 2)) "×" } td { (text(one.slope(), 3)) } td { (one.rays) }
+                @for metric in [RELMSE, TRIMMED] {
+                    td { (format!("{:.2e}", one.end().error(metric))) } td { (text(one.efficiency(metric), "")) }
+                    td { (text(of_first(metric, one), "×")) } td { (text(one.law(metric).map(|law| law.exponent), "")) }
+                }
+                td { (format!("{:.4}", one.end().error(Metric::Flip))) } td { (format!("{:.1} M", one.rays as f64 * 1e-6)) }
             } }
         }
-        p.soft { "The slope is that of the root of relMSE against samples: −0.5 is what independent samples make. A flatter one means light that the integrator cannot see, fireflies, or a reference as noisy as the image." }
+        p.soft { "Efficiency is 1/(relMSE × seconds). The slope is that of the root of relMSE against samples: −0.5 is what independent samples make. A flatter one means light that the integrator cannot see, fireflies, or a reference as noisy as the image." }
     }
 }

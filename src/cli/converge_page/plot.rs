@@ -4,14 +4,27 @@ use std::{error::Error, ops::Range};
 
 use plotters::prelude::*;
 
+use crate::converge::PowerLaw;
+
 /// A curve: its colour and its points, all positive.
 pub(super) struct Curve {
     pub(super) colour: [u8; 3],
     pub(super) points: Vec<(f64, f64)>,
+    /// What fits them, drawn thinly.
+    pub(super) law: Option<PowerLaw>,
 }
 
-/// An SVG element of the curves; `noise` is a level to draw across.
-pub(super) fn log_log(curves: &[Curve], x_name: &str, noise: Option<f64>) -> Result<String, Box<dyn Error>> {
+/// What the axes show.
+pub(super) struct Axes<'a> {
+    pub(super) x: &'a str,
+    pub(super) y: &'a str,
+    /// A level to draw across.
+    pub(super) level: Option<f64>,
+}
+
+/// An SVG element of the curves.
+pub(super) fn log_log(curves: &[Curve], axes: &Axes<'_>) -> Result<String, Box<dyn Error>> {
+    let noise = axes.level;
     let all = || curves.iter().flat_map(|curve| &curve.points);
     let xs = range(all().map(|p| p.0));
     let ys = range(all().map(|p| p.1).chain(noise));
@@ -21,18 +34,18 @@ pub(super) fn log_log(curves: &[Curve], x_name: &str, noise: Option<f64>) -> Res
         let mut chart = ChartBuilder::on(&area)
             .margin(14)
             .x_label_area_size(44)
-            .y_label_area_size(70)
+            .y_label_area_size(76)
             .build_cartesian_2d(xs.clone().log_scale(), ys.log_scale())?;
         chart
             .configure_mesh()
-            .x_desc(x_name)
-            .y_desc("root of relMSE")
+            .x_desc(axes.x)
+            .y_desc(axes.y)
             .x_label_formatter(&|x| number(*x))
             .y_labels(5)
             .y_label_formatter(&|y| number(*y))
             .light_line_style(RGBColor(240, 240, 240))
             .bold_line_style(RGBColor(214, 214, 214))
-            .label_style(("sans-serif", 14))
+            .label_style(("sans-serif", 15))
             .draw()?;
         if let Some(level) = noise {
             let line = [(xs.start, level), (xs.end, level)];
@@ -41,6 +54,10 @@ pub(super) fn log_log(curves: &[Curve], x_name: &str, noise: Option<f64>) -> Res
         for curve in curves {
             let [r, g, b] = curve.colour;
             let colour = RGBColor(r, g, b);
+            if let Some(law) = curve.law {
+                let line = [xs.start, xs.end].map(|x| (x, law.at(x)));
+                chart.draw_series(LineSeries::new(line, colour.mix(0.6).stroke_width(1)))?;
+            }
             chart.draw_series(LineSeries::new(curve.points.iter().copied(), colour.stroke_width(3)))?;
             chart.draw_series(curve.points.iter().map(|p| Circle::new(*p, 4, colour.filled())))?;
         }

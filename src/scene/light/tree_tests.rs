@@ -150,7 +150,6 @@ fn the_tree_follows_what_arrives() {
             by_tree += e / all * (e / all / probability(&lights, &from, id)).ln();
         }
     }
-    println!("divergence: {:.3} by power, {:.3} by the tree", by_power / 50.0, by_tree / 50.0);
     assert!(by_tree < 0.4 * by_power, "{by_power} {by_tree}");
 }
 
