@@ -44,7 +44,7 @@ fn subpaths(scene: &Scene, number: u32) -> (Subpath, Subpath) {
     let [mut for_camera, mut for_light, ..] = Independent::streams(1, number, 0);
     let raster = Raster(for_camera.next_2d() * 64.0);
     camera.walk_from_camera(scene, raster, 4, Roulette::Off, &mut for_camera);
-    light.walk_from_light(scene, 4, Roulette::Off, &mut for_light);
+    light.walk_from_light(scene, 0, 4, Roulette::Off, &mut for_light);
     (camera, light)
 }
 

@@ -60,6 +60,8 @@ pub struct Settings {
     pub light_samples: u32,
     /// Into how many a camera subpath splits at its first surface.
     pub splits: u32,
+    /// Light subpaths for each pixel.
+    pub light_paths: u32,
     /// When Russian roulette may end a subpath.
     pub roulette: Roulette,
     /// Russian roulette on connections, with a threshold in units of [`Scene::spread_radiance`].
@@ -92,6 +94,7 @@ impl Settings {
             min_depth: 1,
             light_samples: 1,
             splits: 1,
+            light_paths: 1,
             roulette: Roulette::default(),
             connection_roulette: None,
             only: None,
@@ -144,6 +147,9 @@ impl<'a> Renderer<'a> {
         }
         if settings.splits != 1 {
             integrator = integrator.with_splits(settings.splits);
+        }
+        if settings.light_paths != 1 {
+            integrator = integrator.with_light_paths(settings.light_paths);
         }
         if let Some(roulette) = settings.connection_roulette {
             let threshold = (f64::from(roulette.threshold) * scene.spread_radiance()) as f32;

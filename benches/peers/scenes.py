@@ -1,11 +1,13 @@
-"""The four scenes, as meshes, and how each renderer is told about them.
+"""The four scenes, and two of the project's own that nothing was tuned with, as meshes, and how each renderer is told about them.
 
 Units are metres, y is up. Materials: ("diffuse", rgb), ("glass", ior), ("mirror", reflectance) or ("lamp", radiance); a lamp shines from its front
 and is otherwise black. Images have SIDE × SIDE pixels, paths at most MAX_DEPTH edges.
 """
 
+import functools
 import json
 import math
+import os
 import struct
 from dataclasses import dataclass
 
@@ -173,7 +175,52 @@ def indirect():
     return Scene("indirect", Camera((3.0, 1.5, 0.05), (3.0, 1.25, 3.0), 75.0), materials, meshes)
 
 
+def committed(name):
+    """A scene of `scenes/` made of what every renderer here knows, in a square image: its balls become 81,920 triangles."""
+    with open(os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "..", "scenes", f"{name}.glb"), "rb") as file:
+        content = file.read()
+    length = struct.unpack_from("<I", content, 12)[0]
+    document, data = json.loads(content[20 : 20 + length]), content[28 + length :]
+
+    def material(m):
+        pbr, extensions = m["pbrMetallicRoughness"], m.get("extensions", {})
+        if strength := extensions.get("KHR_materials_emissive_strength"):
+            return "lamp", tuple(x * strength["emissiveStrength"] for x in m["emissiveFactor"])
+        if "KHR_materials_transmission" in extensions:
+            return "glass", extensions["KHR_materials_ior"]["ior"]
+        if pbr["metallicFactor"] == 1.0 and pbr["roughnessFactor"] == 0.0:
+            return "mirror", pbr["baseColorFactor"][0]
+        assert extensions["KHR_materials_specular"] == {"specularFactor": 0.0}, m
+        return "diffuse", tuple(pbr["baseColorFactor"][:3])
+
+    def array(index):
+        accessor = document["accessors"][index]
+        view = document["bufferViews"][accessor["bufferView"]]
+        kind, width = {5126: "<f4", 5123: "<u2", 5125: "<u4"}[accessor["componentType"]], {"VEC3": 3, "SCALAR": 1}[accessor["type"]]
+        return np.frombuffer(data, kind, accessor["count"] * width, view.get("byteOffset", 0) + accessor.get("byteOffset", 0)).reshape(-1, width)
+
+    plain = lambda name: name.replace(" ", "-")
+    names = [plain(m["name"]) for m in document["materials"]]
+    meshes, camera = [], None
+    for node in document["nodes"]:
+        ball = node.get("extensions", {}).get("PATHSPACE_sphere")
+        if "camera" in node:
+            m = np.array(node["matrix"]).reshape(4, 4)
+            fov = math.degrees(document["cameras"][node["camera"]]["perspective"]["yfov"])
+            camera = Camera(tuple(m[3, :3]), tuple(m[3, :3] - m[2, :3]), fov)
+        elif ball:
+            meshes.append(sphere(plain(node["name"]), names[ball["material"]], node["translation"], ball["radius"], 6))
+        else:
+            assert not {"matrix", "translation", "rotation", "scale"} & node.keys(), node
+            for i, primitive in enumerate(document["meshes"][node["mesh"]]["primitives"]):
+                positions = array(primitive["attributes"]["POSITION"])
+                triangles = array(primitive["indices"]).reshape(-1, 3).astype(np.int32)
+                meshes.append(Mesh(f"{plain(node['name'])}-{i}", names[primitive["material"]], positions, triangles))
+    return Scene(name, camera, {plain(m["name"]): material(m) for m in document["materials"]}, meshes)
+
+
 SCENES = {"cornell": cornell, "caustic-glass": caustic_glass, "caustic-small": caustic_small, "indirect": indirect}
+SCENES |= {name: functools.partial(committed, name) for name in ("cornell-spheres", "veach-room")}
 
 
 # For pathspace: GLB.

@@ -89,6 +89,10 @@ pub(super) struct RenderArgs {
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1024))]
     pub(super) splits: Option<u32>,
 
+    /// Light paths for each pixel [default: 1]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1024))]
+    pub(super) light_paths: Option<u32>,
+
     /// So many rays at the first surface of each kind that the integrator has: --light-samples N and --splits N
     #[arg(long, value_name = "N", conflicts_with_all = ["light_samples", "splits"], value_parser = clap::value_parser!(u32).range(1..=1024))]
     pub(super) rays: Option<u32>,

@@ -60,6 +60,9 @@ pub(super) fn settings(job: &Job<'_>, scale: FixedPoint) -> BTreeMap<String, Str
     if settings.splits != 1 {
         attributes.push(("splits", settings.splits.to_string()));
     }
+    if settings.light_paths != 1 {
+        attributes.push(("light-paths", settings.light_paths.to_string()));
+    }
     if let Some(ConnectionRoulette { threshold, end }) = settings.connection_roulette {
         attributes.push(("connection-roulette", format!("{threshold},{end}")));
     }

@@ -192,6 +192,9 @@ fn refuse_needless(args: &RenderArgs) -> Result<(), Failure> {
     if name == Area && matches!(args.paths.lights, Some(LightChoice::All | LightChoice::Tree)) {
         return none("draws points of all emitters: --lights uniform or power");
     }
+    if args.light_paths.is_some() && (name == Area || !name.traces_from_lights()) {
+        return none("walks no paths from lights that --light-paths could count");
+    }
     if args.rays.is_some() && matches!(name, Light | Area) {
         return none("has no rays at the first surface that --rays could count");
     }
@@ -298,6 +301,7 @@ fn settings(args: &RenderArgs, crop: Crop, only: Option<(Strategy, Weighting)>) 
         min_depth: args.min_depth,
         light_samples: args.rays.filter(|_| samples_lights).or(args.light_samples).unwrap_or(1),
         splits: args.rays.filter(|_| follows_directions).or(args.splits).unwrap_or(1),
+        light_paths: args.light_paths.unwrap_or(1),
         connection_roulette: args.connection_roulette,
         roulette: args.paths.roulette.unwrap_or(args.integrator.roulette()),
         only,

@@ -213,6 +213,13 @@ impl Integrator {
         Self { evaluated: split(&self.evaluated), weighed: split(&self.weighed), ..self }
     }
 
+    /// The same integrator with so many light subpaths for each pixel: see [`Techniques::with_light_paths`].
+    #[must_use]
+    pub fn with_light_paths(self, light_paths: u32) -> Self {
+        let more = |table: &Techniques| table.with_light_paths(light_paths);
+        Self { evaluated: more(&self.evaluated), weighed: more(&self.weighed), ..self }
+    }
+
     /// The same integrator with roulette on its connections, next-event rays among them.
     #[must_use]
     pub fn with_connection_roulette(self, roulette: ConnectionRoulette) -> Self {
@@ -270,7 +277,7 @@ impl Integrator {
         Scratch {
             camera: Subpath::with_capacity(self.evaluated.camera_vertices().max(1))
                 .sampling(self.evaluated.directions()),
-            light: Subpath::with_capacity(connected.max(splatted)),
+            lights: vec![Subpath::with_capacity(connected.max(splatted)); self.evaluated.light_paths() as usize],
             lens: Subpath::with_capacity(1),
             drawn: Vec::new(),
         }
@@ -281,7 +288,7 @@ impl Integrator {
 #[derive(Clone, Debug)]
 pub struct Scratch {
     camera: Subpath,
-    light: Subpath,
+    lights: Vec<Subpath>,
     lens: Subpath,
     drawn: Vec<Step>,
 }
@@ -340,15 +347,16 @@ impl Integrator {
         let LightVertices { connected, splatted } = self.evaluated.light_vertices();
         let connected = if unit.camera.is_some() { connected } else { 0 };
         let splatted = if unit.splats == Splats::Yes { splatted } else { 0 };
-        let Scratch { camera, light, lens, drawn } = scratch;
-        light.walk_from_light(scene, connected.max(splatted), self.roulette, samplers.light);
-        sink.walked(Transport::Importance, light.steps().len().saturating_sub(1));
-
-        if splatted > 0 {
-            let anywhere = Raster(glam::Vec2::ZERO);
-            for (s, y) in (1..).zip(light.steps()) {
-                for k in 0..self.evaluated.multiplicity(Strategy { s: s as u32, t: 1 }) {
-                    samplers.lens.start(Block::repeated(s as u32 - 1, k));
+        let Scratch { camera, lights, lens, drawn } = scratch;
+        let anywhere = Raster(glam::Vec2::ZERO);
+        for (number, light) in (0..).zip(lights.iter_mut()) {
+            light.walk_from_light(scene, number, connected.max(splatted), self.roulette, samplers.light);
+            sink.walked(Transport::Importance, light.steps().len().saturating_sub(1));
+            let splatting = if splatted > 0 { light.steps() } else { &[] };
+            for (s, y) in (1..).zip(splatting) {
+                let samples = self.evaluated.multiplicity(Strategy { s: s as u32, t: 1 });
+                for k in 0..samples {
+                    samplers.lens.start(Block::repeated(s as u32 - 1, number * samples + k));
                     if lens.put_lens_towards(scene, &y.vertex.point, samplers.lens) {
                         let path = JoinedPath::inner(scene, lens.steps(), light, s, anywhere);
                         self.consider(path, || samplers.lens.next_1d(), sink);
@@ -398,13 +406,16 @@ impl Integrator {
                         self.consider(path, || samplers.connection.next_1d(), sink);
                     }
                 }
-                for s in 2..=light.steps().len() {
-                    for _ in 0..self.evaluated.multiplicity(Strategy { s: s as u32, t: t as u32 }) {
-                        let chance = || {
-                            samplers.connection.start(Block::connection(s as u32, t as u32).of_branch(branch));
-                            samplers.connection.next_1d()
-                        };
-                        self.consider(JoinedPath::inner(scene, prefix, light, s, raster), chance, sink);
+                for (number, light) in (0..).zip(&*lights) {
+                    for s in 2..=light.steps().len() {
+                        for _ in 0..self.evaluated.multiplicity(Strategy { s: s as u32, t: t as u32 }) {
+                            let chance = || {
+                                let block = Block::connection(s as u32, t as u32, number);
+                                samplers.connection.start(block.of_branch(branch));
+                                samplers.connection.next_1d()
+                            };
+                            self.consider(JoinedPath::inner(scene, prefix, light, s, raster), chance, sink);
+                        }
                     }
                 }
             }

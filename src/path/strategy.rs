@@ -64,6 +64,8 @@ pub struct Techniques {
     directions: Directions,
     /// Into how many a camera subpath splits at p_1; strategies with t ≥ 3 have that many samples.
     splits: u32,
+    /// Light subpaths that go with a pixel; strategies with s ≥ 2 or t = 1 have that many samples.
+    light_paths: u32,
     /// Area samples per light subpath for each length of paths.
     area: u32,
     light_vertices: LightVertices,
@@ -90,6 +92,7 @@ impl Techniques {
             range: Vec::new(),
             directions: Directions::Bsdf,
             splits: 1,
+            light_paths: 1,
             area: 0,
             light_vertices: LightVertices { connected: 0, splatted: 0 },
             camera_vertices: 0,
@@ -111,12 +114,16 @@ impl Techniques {
     fn with_entries(&self, multiplicity: Vec<u32>) -> Self {
         let side = self.max_depth + 2;
         let split = mistake!(self.splits, SplitsUncounted => 1) as f32;
-        let subpaths = |t: u32| match t {
-            1 => self.light_subpaths as f32,
-            2 => self.camera_subpaths as f32,
-            _ => self.camera_subpaths as f32 * split,
+        let subpaths = |s: u32, t: u32| {
+            let from_light = if s >= 2 || t == 1 { self.light_paths as f32 } else { 1.0 };
+            from_light
+                * match t {
+                    1 => self.light_subpaths as f32,
+                    2 => self.camera_subpaths as f32,
+                    _ => self.camera_subpaths as f32 * split,
+                }
         };
-        let count = (0..).zip(&multiplicity).map(|(i, m)| *m as f32 * subpaths(i % side)).collect();
+        let count = (0..).zip(&multiplicity).map(|(i, m)| *m as f32 * subpaths(i / side, i % side)).collect();
         let mut table = Self { multiplicity, count, range: Vec::new(), ..*self };
         let of_length = |n: u32| {
             let mut t = (1..=n + 1).filter(|t| table.multiplicity(Strategy { s: n + 1 - t, t: *t }) > 0);
@@ -162,13 +169,25 @@ impl Techniques {
         Self { splits, ..self.clone() }.with_entries(self.multiplicity.clone())
     }
 
+    /// The same table with so many light subpaths for each pixel: n_{s,1} and n_{s≥2,t} are that many times as large.
+    #[must_use]
+    pub fn with_light_paths(&self, light_paths: u32) -> Self {
+        Self { light_paths, ..self.clone() }.with_entries(self.multiplicity.clone())
+    }
+
+    /// How many light subpaths go with a pixel.
+    #[inline]
+    pub fn light_paths(&self) -> u32 {
+        self.light_paths
+    }
+
     /// Into how many a camera subpath splits at p_1.
     #[inline]
     pub fn splits(&self) -> u32 {
         self.splits
     }
 
-    /// m_{s,t}, zero outside the table; for t ≥ 3, of each part of a split camera subpath.
+    /// m_{s,t}, zero outside the table: of each part of a split camera subpath, and of each of a pixel's light subpaths.
     #[inline]
     pub fn multiplicity(&self, strategy: Strategy) -> u32 {
         let side = self.max_depth + 2;

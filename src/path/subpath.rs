@@ -107,7 +107,7 @@ struct Way {
     /// The most that there may be in the end.
     vertices: u32,
     roulette: Roulette,
-    /// Of the several into which a camera subpath splits.
+    /// Of several walks with one sampler: the parts of a split camera subpath, the light subpaths of a pixel.
     branch: u32,
 }
 
@@ -228,18 +228,26 @@ impl Subpath {
         self.push(Step::first(lens, scene.camera.pdf_lens()));
     }
 
-    /// Walks from a light, to at most `vertices` vertices; empty if the scene has no light.
+    /// Walks from a light, to at most `vertices` vertices; empty if the scene has no light. It is the `branch`-th of several walks with one
+    /// sampler, counted from 0.
     ///
     /// # Panics
     /// If there is no room for so many.
     #[inline(always)]
-    pub fn walk_from_light(&mut self, scene: &Scene, vertices: u32, roulette: Roulette, sampler: &mut impl Sampler) {
+    pub fn walk_from_light(
+        &mut self,
+        scene: &Scene,
+        branch: u32,
+        vertices: u32,
+        roulette: Roulette,
+        sampler: &mut impl Sampler,
+    ) {
         self.len = 0;
         self.next_event_ratio = 1.0;
         if vertices == 0 {
             return;
         }
-        sampler.start(Block::START);
+        sampler.start(Block::START.of_branch(branch));
         let (position, direction, choose) = (sampler.next_2d(), sampler.next_2d(), sampler.next_1d());
         let Some(emission) = scene.sample_emission(choose, position, direction) else { return };
         let p = emission.point;
@@ -257,7 +265,7 @@ impl Subpath {
             survival: 1.0,
         };
         self.whole = departure.beta.max_element();
-        self.walk(scene, departure, Way { transport: Transport::Importance, vertices, roulette, branch: 0 }, sampler);
+        self.walk(scene, departure, Way { transport: Transport::Importance, vertices, roulette, branch }, sampler);
         if let [end, before, ..] = self.steps() {
             let next_event = scene.lights().pdf_next_event(&end.vertex.point, &before.vertex.point);
             self.next_event_ratio = next_event.0 / end.pdf_fwd.0;

@@ -100,9 +100,9 @@ impl Block {
         }
     }
 
-    /// What decides on the connection of p_{t−1} with the `s`-th vertex from the light.
-    pub const fn connection(s: u32, t: u32) -> Self {
-        Self { number: t, kind: Kind::Padded(1 << 30 | s) }
+    /// What decides on the connection of p_{t−1} with the `s`-th vertex of the `n`-th light subpath.
+    pub const fn connection(s: u32, t: u32, n: u32) -> Self {
+        Self { number: n << 18 | s << 9 | t, kind: Kind::Padded(1 << 31) }
     }
 
     /// The `n`-th of several samples that are taken for the same purpose.

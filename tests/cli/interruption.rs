@@ -100,6 +100,32 @@ fn talking(run: &Run, options: &[&str]) -> (Child, impl FnMut(&str)) {
 }
 
 #[test]
+fn a_page_has_what_was_measured_by_then() {
+    for (name, exit) in [("INT", 130), ("TERM", 143)] {
+        let run = Run::new();
+        let scene = scene();
+        let mut command = Command::new(env!("CARGO_BIN_EXE_pathspace"));
+        let mut child = command
+            .args(["converge", scene.to_str().unwrap(), "--width", "16", "--height", "12", "--time", "1h"])
+            .args(["-i", "path,bdpt", "-o", "page.html"])
+            .current_dir(run.folder.path())
+            .stderr(Stdio::piped())
+            .spawn()
+            .unwrap();
+        let mut lines = BufReader::new(child.stderr.take().unwrap()).lines().map(Result::unwrap);
+        assert!(lines.any(|line| line.contains("reference and path classes")), "it says how far it is");
+        signal(child.id(), name);
+        let rest: Vec<_> = lines.collect();
+        assert_eq!(child.wait().unwrap().code(), Some(exit), "{rest:?}");
+        assert!(rest.last().unwrap().contains("interrupted"), "{rest:?}");
+        assert_eq!(run.files(), ["page.csv", "page.html", "page.json"]);
+        let json: serde_json::Value = serde_json::from_slice(&fs::read(run.path("page.json")).unwrap()).unwrap();
+        assert_eq!(json["ended_early"], true);
+        assert!(json["integrators"][1]["snapshots"][0]["spp"].as_u64().unwrap() >= 1);
+    }
+}
+
+#[test]
 fn without_a_checkpoint_of_its_own_an_interrupted_render_makes_one() {
     let run = Run::new();
     let (mut child, mut says) = talking(&run, &["--width", "16", "--spp", ENDLESS, "-o", "a.png"]);

@@ -196,7 +196,7 @@ impl Ledger {
         let mut subpath = Subpath::with_capacity(LONGEST);
         for i in 0..particles {
             let mut sampler = Independent::new(seed, i, 0, Stream::Light);
-            subpath.walk_from_light(scene, LONGEST, Roulette::FromDepth(5), &mut sampler);
+            subpath.walk_from_light(scene, 0, LONGEST, Roulette::FromDepth(5), &mut sampler);
             ledger.enter(scene.materials(), albedos, subpath.steps());
         }
         let n = f64::from(particles);

@@ -113,6 +113,30 @@ fn split_paths_change_no_image() {
     }
 }
 
+#[test]
+fn every_path_is_as_defined_with_several_light_paths() {
+    let scene = scenes::zoo(scenes::square(32, Filter::BlackmanHarris));
+    for kind in [IntegratorKind::Light, IntegratorKind::Hybrid, IntegratorKind::Bdpt] {
+        let integrator = Integrator::new(kind, scene.camera.sensor(), 7, Roulette::FromDepth(3));
+        let integrator = integrator.with_light_paths(3).with_splits(2);
+        identity::assert_identity_of(&format!("zoo {kind} with three light paths"), &scene, integrator, 2);
+    }
+}
+
+#[test]
+fn several_light_paths_change_no_image() {
+    let scene = courtyard();
+    for kind in [IntegratorKind::Light, IntegratorKind::Hybrid, IntegratorKind::Bdpt] {
+        let three = |settings: &mut Settings| settings.light_paths = 3;
+        let both = |settings: &mut Settings| (settings.splits, settings.light_paths) = (2, 2);
+        let mut variants = vec![Variant::new("one", &scene, kind, |_| ()), Variant::new("three", &scene, kind, three)];
+        if kind != IntegratorKind::Light {
+            variants.push(Variant::new("two and two parts", &scene, kind, both));
+        }
+        assert_same_image(&format!("courtyard-{kind}-light-paths"), &variants);
+    }
+}
+
 /// With one camera ray a pixel, N parts bring the noise of direct light by directions down by N.
 #[test]
 fn parts_are_independent_samples() {

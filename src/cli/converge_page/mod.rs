@@ -193,7 +193,7 @@ pub(super) fn html(facts: &Facts<'_>, report: &Report, json: &Value) -> io::Resu
     // In a script element only '<' could end it.
     let data = json.to_string().replace('<', "\\u003c");
     let budget = match facts.plan.budget {
-        Budget::Time(time) => format!("{:.3} s each, in turns", time.as_secs_f64()),
+        Budget::Time(time) => format!("{} s each, in turns", time.as_secs_f64()),
         Budget::Passes(passes) => format!("{passes} samples per pixel each, in turns"),
     };
     let page = markup! {

@@ -41,6 +41,9 @@
       const first = at('top').src; at('flip').click(); check(at('top').src !== first && at('under').src === first, 'flip does nothing');
       const box = () => at('image-0').getBoundingClientRect().width, small = box(); scaleTo(2, .5, .5); check(Math.abs(box() / small - 2) < .01, 'no zoom');
       check(document.querySelectorAll('.plots svg circle').length > 3, 'no plots');
+      check(document.querySelectorAll('.plots svg').length === 4, 'not four plots');
+      check(document.querySelectorAll('.facts tr').length > 6 && at('data').textContent.includes('processor'), 'no facts');
+      check(document.querySelectorAll('.agreement .agrees, .agreement .open').length > 2, 'no agreement');
       check(JSON.parse(at('data').textContent).integrators.length > 0, 'no data');
       check(errors.length === 0, errors.join());
     } catch (error) { outcome = 'failed: ' + error.message; }
