@@ -24,6 +24,8 @@ use crate::{
 };
 
 // A constant and no comment: rustdoc takes brackets for links.
+const PRESET: &str = "A choice of paths: direct light alone (direct: --max-depth 2), or with what mirrors and glass show of it \
+    (whitted: --paths 'CS*[DG]?L')";
 const PATHS: &str =
     "Only the paths that a light path expression holds for, as with --layer: 'C.*[DG]S+L' renders caustics alone";
 
@@ -73,9 +75,7 @@ pub(super) struct RenderArgs {
     #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..=255))]
     pub(super) min_depth: u32,
 
-    /// A choice of paths: direct light alone (direct: --max-depth 2), or with what mirrors and glass show of it (whitted: --paths
-    /// 'CS*[DG]?L')
-    #[arg(long, value_name = "NAME", value_parser = values::preset())]
+    #[arg(long, value_name = "NAME", value_parser = values::preset(), help = PRESET)]
     pub(super) preset: Option<Preset>,
 
     #[arg(long = "paths", value_name = "EXPR", value_parser = Expression::parse, conflicts_with = "preset", help = PATHS)]

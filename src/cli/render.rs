@@ -40,6 +40,8 @@ const WHITTED: &str = "CS*[DG]?L";
 /// With `--noise`: some images have tiles that never become quiet.
 const MOST_FOR_NOISE: u32 = 1 << 16;
 const DEFAULT_WIDTH: u32 = 512;
+/// From one vertex to lights: nobody waits for more.
+const MOST_RAYS: u64 = 1 << 20;
 /// Besides the film's sums: the image, two halves while the noise is estimated, and the files before they are written.
 const IMAGE_BYTES_PER_PIXEL: u64 = 52;
 /// The same of the alpha channel.
@@ -77,6 +79,12 @@ pub(super) fn run(args: &RenderArgs) -> Result<Exit, Failure> {
     let (scene, environment) = opened.into_scene(&args.scene, sensor, terminal)?;
     let lights = args.paths.lights.unwrap_or_else(|| args.integrator.choice_among(scene.lights()));
     let scene = scene.choosing_lights(lights);
+    let samples = u64::from(scene.lights().next_event_samples()) * u64::from(settings.light_samples);
+    if samples > MOST_RAYS {
+        return Err(Failure::usage(format!(
+            "{samples} samples of lights at a vertex are too many: --lights tree, or fewer --light-samples"
+        )));
+    }
     let kept = kept(args, &scene)?;
     let keep = |path: &JoinedPath| kept.as_ref().is_none_or(|(_, kept)| kept.holds(&scene, path));
     let paths = kept.as_ref().map(|(text, _)| text.clone());

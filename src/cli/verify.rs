@@ -14,7 +14,7 @@ use super::{
 use crate::{
     film::{Crop, Film, check_folder, write_folder},
     integrator::IntegratorKind,
-    scene::camera::Sensor,
+    scene::{camera::Sensor, light::LightChoice},
     verify::{Budget, Outcome, Plan, Report, verify},
 };
 
@@ -78,6 +78,7 @@ pub(super) struct Job {
     pub(super) sensor: Sensor,
     pub(super) scene_hash: String,
     pub(super) environment: Option<String>,
+    pub(super) lights: LightChoice,
 }
 
 /// Compares the integrators. What can be refused is refused before the first ray.
@@ -96,7 +97,7 @@ pub(super) fn run(args: &VerifyArgs) -> Result<Exit, Failure> {
     let (scene, environment) = opened.into_scene(&args.scene, sensor, terminal)?;
     let lights = args.paths.lights.unwrap_or_else(|| scene.lights().suitable_choice());
     let scene = scene.choosing_lights(lights);
-    let job = Job { plan, sensor, scene_hash, environment };
+    let job = Job { plan, sensor, scene_hash, environment, lights };
 
     let mut progress = Progress::new(Style::Auto, terminal);
     let budget = job.plan.budget;

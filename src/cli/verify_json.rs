@@ -15,14 +15,15 @@ const LAYOUT: u32 = 1;
 
 /// Everything that was found. Biases, shares and differences are fractions of the image's mean, times are in seconds.
 pub(super) fn describe(job: &Job, report: &Report) -> Value {
-    let Job { plan, sensor, scene_hash, environment } = job;
+    let Job { plan, sensor, scene_hash, environment, lights } = job;
     let (seconds, spp) = match plan.budget {
         Budget::Time(time) => (Some(time.as_secs_f64()), None),
         Budget::Passes(passes) => (None, Some(passes)),
     };
-    let roulette = match plan.roulette {
-        Roulette::Off => None,
-        Roulette::FromDepth(depth) | Roulette::ByThroughput(depth) => Some(depth),
+    let (roulette, rule) = match plan.roulette {
+        Roulette::Off => (None, None),
+        Roulette::FromDepth(depth) => (Some(depth), Some("reflectance")),
+        Roulette::ByThroughput(depth) => (Some(depth), Some("throughput")),
     };
     let integrators = report.integrators.iter().map(|one| {
         let classes = one.uncovered_classes.iter().map(|(class, part)| json!({ "class": class.name(), "share": part }));
@@ -64,10 +65,12 @@ pub(super) fn describe(job: &Job, report: &Report) -> Value {
         "summary": verify_text::summary(job, report),
         "scene": scene_hash,
         "environment": environment,
+        "lights": lights.name(),
         "width": sensor.width,
         "height": sensor.height,
         "max_depth": plan.max_depth,
         "roulette": roulette,
+        "roulette_rule": rule,
         "seed": plan.seed,
         "seconds": seconds,
         "spp": spp,

@@ -202,22 +202,23 @@ impl Integrator {
     /// The same integrator with so many next-event samples at each camera vertex: n_{1,t} of the lecture's light-area sampling.
     #[must_use]
     pub fn with_light_samples(self, samples: u32) -> Self {
-        let more = |table: &Techniques| table.with_light_samples(samples);
-        Self { evaluated: more(&self.evaluated), weighed: more(&self.weighed), ..self }
+        self.with_tables(|table| table.with_light_samples(samples))
     }
 
     /// The same integrator with camera subpaths that split at their first surface: see [`Techniques::with_splits`].
     #[must_use]
     pub fn with_splits(self, splits: u32) -> Self {
-        let split = |table: &Techniques| table.with_splits(splits);
-        Self { evaluated: split(&self.evaluated), weighed: split(&self.weighed), ..self }
+        self.with_tables(|table| table.with_splits(splits))
     }
 
     /// The same integrator with so many light subpaths for each pixel: see [`Techniques::with_light_paths`].
     #[must_use]
     pub fn with_light_paths(self, light_paths: u32) -> Self {
-        let more = |table: &Techniques| table.with_light_paths(light_paths);
-        Self { evaluated: more(&self.evaluated), weighed: more(&self.weighed), ..self }
+        self.with_tables(|table| table.with_light_paths(light_paths))
+    }
+
+    fn with_tables(self, change: impl Fn(&Techniques) -> Techniques) -> Self {
+        Self { evaluated: change(&self.evaluated), weighed: change(&self.weighed), ..self }
     }
 
     /// The same integrator with roulette on its connections, next-event rays among them.

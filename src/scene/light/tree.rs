@@ -110,6 +110,9 @@ fn cone_around(a: (Vec3, f32), b: (Vec3, f32), sides: EmissionSides) -> (Vec3, f
     let (a, b) = if a.1 <= b.1 { (a, b) } else { (b, a) };
     // Of what shines from both sides, either is the front.
     let b = if sides == EmissionSides::Both && a.0.dot(b.0) < 0.0 { (-b.0, b.1) } else { b };
+    if a.1 <= -1.0 {
+        return a;
+    }
     let [angle_a, angle_b] = [a.1, b.1].map(|cos| cos.clamp(-1.0, 1.0).acos());
     let between = a.0.angle_between(b.0);
     if between + angle_b <= angle_a {
@@ -242,6 +245,8 @@ enum Way {
 /// From this depth on nodes are halved, so that the turns of every way have room: 2³² lights are halved at most 32 times.
 const DEEP: u32 = 32;
 const BUCKETS: usize = 12;
+/// So many lights are cut along their widest axis.
+const MANY: usize = 1 << 12;
 
 impl LightTree {
     /// A tree over these of `count` lights; `None` if there are none.
@@ -336,7 +341,11 @@ fn split(lights: &mut [(LightId, LightBounds)], depth: u32) -> usize {
         ((part * BUCKETS as f32) as usize).min(BUCKETS - 1)
     };
     let mut best: Option<(f32, usize, usize)> = None;
-    for axis in (0..3).filter(|axis| high[*axis] > low[*axis]) {
+    let widest = (high - low).max_position();
+    // Of many lights, any cut says little of the orientations: one axis does.
+    let tried = |axis: &usize| high[*axis] > low[*axis] && (lights.len() < MANY || *axis == widest);
+    let axes: Vec<_> = (0..3).filter(tried).collect();
+    for axis in axes {
         let mut buckets = [None; BUCKETS];
         for (_, b) in &*lights {
             let bucket = &mut buckets[bucket_of(b, axis)];

@@ -2,7 +2,7 @@
 
 use glam::Vec3;
 
-use super::{Light, LightChoice, LightId, Lights, Spot};
+use super::{Light, LightChoice, LightId, Lights, Spot, tree::LightBounds};
 use crate::{
     math::Rgb,
     sampling::{Independent, Sampler, Stream},
@@ -160,7 +160,7 @@ fn clusters_promise_enough() {
     let lights = Lights::new(&geometry, &materials, &others);
     let bounds = |id: u32| {
         let light = lights.get(LightId(id));
-        super::LightBounds::of(light, &geometry, light.brightness()).filter(|_| lights.emits(LightId(id)))
+        LightBounds::of(light, &geometry, light.brightness()).filter(|_| lights.emits(LightId(id)))
     };
     let mut random = Independent::new(13, 0, 0, Stream::Connection);
     let mut checked = 0;
