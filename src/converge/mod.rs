@@ -46,10 +46,19 @@ pub struct Plan {
 pub struct Reference {
     /// The image.
     pub image: Image,
-    /// Samples per pixel of bdpt, if it was made here.
-    pub own: Option<u32>,
+    /// Of bdpt, if it was made here.
+    pub own: Option<Own>,
     /// Its relMSE, as its own half images show it; unknown for a given one.
     pub noise: Option<f64>,
+}
+
+/// What a reference of one's own took.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Own {
+    /// Samples per pixel.
+    pub passes: u32,
+    /// Time, apart from that of the integrators.
+    pub seconds: f64,
 }
 
 /// An integrator at a moment of its run.
@@ -323,7 +332,8 @@ fn layered(
         }
         renderer.pass();
     }
-    let passes = renderer.passes();
+    let own = Own { passes: renderer.passes(), seconds: start.elapsed().as_secs_f64() };
+    let passes = own.passes;
     let image = renderer.film().image(passes);
     let [a, b] = [Half::Even, Half::Odd].map(|half| renderer.film().half_image(half, passes / 2));
     let all = f64::from(luminance(image.mean()));
@@ -334,7 +344,7 @@ fn layered(
         Part { name, share, image }
     };
     let parts = layers.names().zip(renderer.layer_films()).map(part).filter(|part| part.share > 0.0).collect();
-    Ok((Reference { image, own: Some(passes), noise: Some(half_image_rel_mse(&a, &b)) }, parts))
+    Ok((Reference { image, own: Some(own), noise: Some(half_image_rel_mse(&a, &b)) }, parts))
 }
 
 /// y = c x^a.

@@ -11,7 +11,7 @@ use serde_json::{Value, json as value};
 use self::plot::{Axes, Curve, log_log};
 use crate::{
     compare::Metric,
-    converge::{Measured, Part, Plan, Report, Snapshot, power_law},
+    converge::{Measured, Own, Part, Plan, Report, Snapshot, power_law},
     film::{Exposure, Image, encode_png},
     math::Rgb,
     scene::light::LightChoice,
@@ -50,7 +50,7 @@ pub(super) struct Facts<'a> {
 impl Facts<'_> {
     fn reference(&self, report: &Report) -> String {
         match (report.reference.own, self.given) {
-            (Some(spp), _) => format!("a bdpt run of its own, {spp} spp"),
+            (Some(Own { passes, seconds }), _) => format!("a bdpt run of its own, {passes} spp in {seconds:.1} s"),
             (None, path) => format!("the image {}", path.unwrap_or("given".as_ref()).display()),
         }
     }
@@ -98,7 +98,7 @@ pub(super) fn json(facts: &Facts<'_>, report: &Report) -> Value {
         "width": report.reference.image.width, "height": report.reference.image.height, "seconds": seconds, "spp": spp,
         "max_depth": facts.plan.max_depth, "seed": facts.plan.seed, "threads": facts.threads,
         "environment": facts.environment, "lights": facts.lights.name(), "processor": processor(), "ended_early": report.ended_early,
-        "reference": { "what": facts.reference(report), "relmse": report.reference.noise },
+        "reference": { "what": facts.reference(report), "seconds": report.reference.own.map(|own| own.seconds), "relmse": report.reference.noise },
         "integrators": integrators.collect::<Vec<_>>(), "classes": parts(&report.classes),
         "strategies": parts(&report.pyramid), "agreement": agreement,
     })
@@ -290,14 +290,14 @@ fn agreements(report: &verify::Report) -> Markup {
             tr { th { "paths" } @for pair in &pairs { th { (name(pair.0)) " – " (name(pair.1)) } } }
             @for scope in scopes { tr { td { (scope) } @for pair in &pairs {
                 @match cell(scope, *pair) {
-                    Some(row) => td class=(class(row.verdict)) title=(format!("p = {:.3}", row.p)) {
-                        (format!("{:+.2} %", 100.0 * row.difference)) br; small { (row.verdict.name().to_lowercase()) ", " (format!("{:.2} %", 100.0 * row.visible)) }
+                    Some(row) => td class=(class(row.verdict)) {
+                        (format!("{:+.2} %", 100.0 * row.difference)) br; small { (row.verdict.name().to_lowercase()) ", p " (format!("{:.2}", row.p)) br; "visible: " (format!("{:.2} %", 100.0 * row.visible)) }
                     }
                     None => td.soft { "–" },
                 }
             } } }
         }
-        p.soft { "First minus second of a pair, as a part of the image, over the paths that both cover; below, the verdict and the bias that would have been seen. 'Too noisy' could hide one of 2 %; a 'faint' class is too small a part of the image to matter." }
+        p.soft { "First minus second of a pair, as a part of the image, over the paths that both cover; below, the verdict, the probability of such a difference by chance, and the bias that would have been seen. 'Too noisy' could hide one of 2 %; a 'faint' class is too small a part of the image to matter." }
     }
 }
 

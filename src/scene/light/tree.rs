@@ -245,32 +245,31 @@ enum Way {
 /// From this depth on nodes are halved, so that the turns of every way have room: 2³² lights are halved at most 32 times.
 const DEEP: u32 = 32;
 const BUCKETS: usize = 12;
-/// So many lights are cut along their widest axis.
+/// So many lights are cut along their widest axis, and their parts grow at the same time.
 const MANY: usize = 1 << 12;
 
 impl LightTree {
     /// A tree over these of `count` lights; `None` if there are none.
     pub fn new(mut lights: Vec<(LightId, LightBounds)>, count: usize) -> Option<Self> {
-        let (first, _) = lights.first()?;
-        let mut tree = Self { root: Content::Light(*first), halves: Vec::new(), ways: vec![Way::None; count] };
-        tree.root = tree.add(&mut lights, 0, 0).content;
-        Some(tree)
-    }
-
-    fn add(&mut self, lights: &mut [(LightId, LightBounds)], way: u64, depth: u32) -> Added {
-        if let [(id, bounds)] = lights {
-            self.ways[id.0 as usize] = Way::Turns(way);
-            return Added { lights: *bounds, content: Content::Light(*id) };
+        if lights.is_empty() {
+            return None;
         }
-        let border = split(lights, depth);
-        let (first, second) = lights.split_at_mut(border);
-        // Its own halves come before those of its parts: the top of the tree stays together.
-        let at = self.halves.len();
-        self.halves.push([Cluster::new(&first[0].1, self.root); 2]);
-        let halves = [self.add(first, way, depth + 1), self.add(second, way | 1 << depth, depth + 1)];
-        self.halves[at] = halves.each_ref().map(|half| Cluster::new(&half.lights, half.content));
-        let [a, b] = halves;
-        Added { lights: a.lights.union(b.lights), content: Content::Halves(at as u32) }
+        let mut halves = Vec::with_capacity(lights.len() - 1);
+        let root = add(&mut halves, &mut lights, 0).content;
+        let mut ways = vec![Way::None; count];
+        let mut open = vec![(root, 0_u64, 0)];
+        while let Some((content, way, depth)) = open.pop() {
+            match content {
+                Content::Light(id) => ways[id.0 as usize] = Way::Turns(way),
+                Content::Halves(i) => {
+                    let turns = halves[i as usize].iter().zip([0_u64, 1]);
+                    open.extend(
+                        turns.map(|(half, turn): (&Cluster, _)| (half.content, way | turn << depth, depth + 1)),
+                    );
+                }
+            }
+        }
+        Some(Self { root, halves, ways })
     }
 
     /// The light that the uniform number `u` in [0, 1) chooses at `from`, with its probability.
@@ -316,6 +315,44 @@ impl LightTree {
 struct Added {
     lights: LightBounds,
     content: Content,
+}
+
+/// Adds a tree over the lights, at least one, to `halves`: its own halves first, so that the top of the tree stays together.
+fn add(halves: &mut Vec<[Cluster; 2]>, lights: &mut [(LightId, LightBounds)], depth: u32) -> Added {
+    if let [(id, bounds)] = lights {
+        return Added { lights: *bounds, content: Content::Light(*id) };
+    }
+    let many = lights.len() >= MANY;
+    let border = split(lights, depth);
+    let at = halves.len();
+    // Its place; what it is follows from its parts.
+    halves.push([Cluster::new(&lights[0].1, Content::Light(lights[0].0)); 2]);
+    let (first, second) = lights.split_at_mut(border);
+    let both = if many {
+        let grow = |lights| {
+            let mut own = Vec::new();
+            let added = add(&mut own, lights, depth + 1);
+            (own, added)
+        };
+        let (first, second) = rayon::join(|| grow(first), || grow(second));
+        [append(halves, first), append(halves, second)]
+    } else {
+        [add(halves, first, depth + 1), add(halves, second, depth + 1)]
+    };
+    halves[at] = both.each_ref().map(|half| Cluster::new(&half.lights, half.content));
+    let [a, b] = both;
+    Added { lights: a.lights.union(b.lights), content: Content::Halves(at as u32) }
+}
+
+/// Appends a part that counts its halves from 0.
+fn append(halves: &mut Vec<[Cluster; 2]>, (part, added): (Vec<[Cluster; 2]>, Added)) -> Added {
+    let offset = halves.len() as u32;
+    let moved = |content| match content {
+        Content::Halves(i) => Content::Halves(i + offset),
+        light @ Content::Light(_) => light,
+    };
+    halves.extend(part.into_iter().map(|both| both.map(|half| Cluster { content: moved(half.content), ..half })));
+    Added { content: moved(added.content), ..added }
 }
 
 /// The probability of going on to the first of two halves. A half where both may send nothing.
