@@ -316,10 +316,13 @@ impl<'a> Renderer<'a> {
         let [mut camera, mut light, mut connection, mut lens] = S::streams(seed, numbered.key(), pass);
         let sensor = self.scene.camera.sensor();
         let counts = self.serves_crop(pixel);
-        let raster = (counts && (self.integrator.walks_from_camera() || self.coverage.is_some())).then(|| {
+        // No closure: it would be compiled apart, and not for this processor.
+        let raster = if counts && (self.integrator.walks_from_camera() || self.coverage.is_some()) {
             camera.start(Block::START);
-            Raster(pixel.corner() + camera.next_2d())
-        });
+            Some(Raster(pixel.corner() + camera.next_2d()))
+        } else {
+            None
+        };
         let unit = Unit { camera: raster, splats: if pixel.is_inside(sensor) { Splats::Yes } else { Splats::No } };
         if let (Some(coverage), Some(raster)) = (&self.coverage, unit.camera) {
             coverage.deposit(raster, self.covered(raster, camera.clone()));

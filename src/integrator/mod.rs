@@ -350,7 +350,9 @@ impl Integrator {
         let splatted = if unit.splats == Splats::Yes { splatted } else { 0 };
         let Scratch { camera, lights, lens, drawn } = scratch;
         let anywhere = Raster(glam::Vec2::ZERO);
-        for (number, light) in (0..).zip(lights.iter_mut()) {
+        let light_paths = if connected.max(splatted) > 0 { self.evaluated.light_paths() } else { 0 };
+        for number in 0..light_paths {
+            let light = &mut lights[number as usize];
             light.walk_from_light(scene, number, connected.max(splatted), self.roulette, samplers.light);
             sink.walked(Transport::Importance, light.steps().len().saturating_sub(1));
             let splatting = if splatted > 0 { light.steps() } else { &[] };
@@ -407,7 +409,8 @@ impl Integrator {
                         self.consider(path, || samplers.connection.next_1d(), sink);
                     }
                 }
-                for (number, light) in (0..).zip(&*lights) {
+                for number in 0..light_paths {
+                    let light = &lights[number as usize];
                     for s in 2..=light.steps().len() {
                         for _ in 0..self.evaluated.multiplicity(Strategy { s: s as u32, t: t as u32 }) {
                             let chance = || {

@@ -176,7 +176,9 @@ impl Mesh {
     pub(super) fn surface(&self, index: u32, b: Vec2) -> Surface {
         const GAMMA_7: f32 = 7.0 * (f32::EPSILON / 2.0) / (1.0 - 7.0 * (f32::EPSILON / 2.0));
         let triangle = &self.triangles[index as usize];
-        let [p, q, r] = triangle.corners.map(|i| self.positions[i as usize]);
+        // Not by `map`, which is inlined or not as the size of what is around it goes.
+        let [i, j, k] = triangle.corners;
+        let (p, q, r) = (self.positions[i as usize], self.positions[j as usize], self.positions[k as usize]);
         let (p, q, r) = (p * (1.0 - b.x - b.y), q * b.x, r * b.y);
         let error = GAMMA_7 * (p.abs() + q.abs() + r.abs()).max_element();
         let normal = triangle.normal;
