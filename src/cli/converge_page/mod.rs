@@ -283,7 +283,8 @@ fn agreements(report: &verify::Report) -> Markup {
     let class = |verdict: Verdict| match verdict {
         Verdict::Disagree => "differs",
         verdict if verdict.is_open() => "open",
-        _ => "agrees",
+        Verdict::Agree => "agrees",
+        _ => "faint",
     };
     markup! {
         table.agreement {

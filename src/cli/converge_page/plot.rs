@@ -41,6 +41,7 @@ pub(super) fn log_log(curves: &[Curve], axes: &Axes<'_>) -> Result<String, Box<d
             .x_desc(axes.x)
             .y_desc(axes.y)
             .x_label_formatter(&|x| number(*x))
+            .x_labels(5)
             .y_labels(5)
             .y_label_formatter(&|y| number(*y))
             .light_line_style(RGBColor(240, 240, 240))
@@ -72,11 +73,19 @@ fn number(x: f64) -> String {
     if (1e-3..1e5).contains(&x) { format!("{x}") } else { format!("{x:.0e}") }
 }
 
-/// A little more than the points; anything where there are none.
+/// A little more than the points, with a power of ten among it, which alone is labelled; anything where there are none.
 fn range(points: impl Iterator<Item = f64>) -> Range<f64> {
     let ends = points.filter(|x| *x > 0.0 && x.is_finite()).fold(None, |ends: Option<(f64, f64)>, x| {
         Some(ends.map_or((x, x), |(least, most)| (least.min(x), most.max(x))))
     });
     let (least, most) = ends.unwrap_or((0.1, 1.0));
-    least * 0.8..most * 1.25
+    let (least, most) = (0.8 * least, 1.25 * most);
+    let [below, above] = [f64::floor, f64::ceil].map(|round| 10.0_f64.powf(round(least.log10())));
+    if above <= most {
+        least..most
+    } else if least / below < above / most {
+        below..most
+    } else {
+        least..above
+    }
 }
