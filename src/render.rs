@@ -1,6 +1,7 @@
 //! Rendering: passes over the image, spread over threads, that bring integrator and film together.
 
 mod data;
+mod padded;
 mod statistics;
 
 use std::{
@@ -15,6 +16,7 @@ use std::{
 use glam::Vec2;
 use rayon::prelude::*;
 
+use self::padded::{PaddedImage, Pixel};
 pub use self::{
     data::Data,
     statistics::{Rays, Statistics},
@@ -23,7 +25,7 @@ pub use self::{
 use crate::{
     film::{Coverage, Crop, Film, FixedPoint, Half, Sums},
     instructions::Instructions,
-    integrator::{ConnectionRoulette, Integrator, IntegratorKind, Samplers, Scratch, Sink, Splats, Unit, Weighting},
+    integrator::{Integrator, IntegratorKind, RelativeRoulette, Samplers, Scratch, Sink, Splats, Unit, Weighting},
     layers::Layers,
     math::Rgb,
     path::{Densities, JoinedPath, Roulette, Strategy, Technique},
@@ -64,8 +66,8 @@ pub struct Settings {
     pub light_paths: u32,
     /// When Russian roulette may end a subpath.
     pub roulette: Roulette,
-    /// Russian roulette on connections, with a threshold in units of [`Scene::spread_radiance`].
-    pub connection_roulette: Option<ConnectionRoulette>,
+    /// Russian roulette on connections.
+    pub connection_roulette: Option<RelativeRoulette>,
     /// The deposits of one strategy only, and how they are weighted.
     pub only: Option<(Strategy, Weighting)>,
     /// Where random numbers come from.
@@ -152,8 +154,7 @@ impl<'a> Renderer<'a> {
             integrator = integrator.with_light_paths(settings.light_paths);
         }
         if let Some(roulette) = settings.connection_roulette {
-            let threshold = (f64::from(roulette.threshold) * scene.spread_radiance()) as f32;
-            integrator = integrator.with_connection_roulette(ConnectionRoulette { threshold, ..roulette });
+            integrator = integrator.with_connection_roulette(roulette.with_unit(scene.spread_radiance()));
         }
         if let Some((strategy, weighting)) = settings.only {
             integrator = integrator.only(strategy, weighting);
@@ -397,70 +398,6 @@ impl<'a> Renderer<'a> {
         for (sum, count) in self.rays.iter().zip([camera, light, visibility]) {
             sum.fetch_add(count, Relaxed);
         }
-    }
-}
-
-/// The pixels of the image and of the padding around it.
-#[derive(Clone, Copy)]
-struct PaddedImage(Sensor);
-
-/// A pixel of the padded image.
-#[derive(Clone, Copy)]
-struct Pixel {
-    x: i32,
-    y: i32,
-}
-
-impl PaddedImage {
-    /// Side of the square that one task renders: long enough to hide the cost of a task, short enough to balance threads.
-    const TILE: u32 = 16;
-
-    fn tiles(self) -> Range<u32> {
-        0..self.columns() * self.height().div_ceil(Self::TILE)
-    }
-
-    fn columns(self) -> u32 {
-        self.width().div_ceil(Self::TILE)
-    }
-
-    fn width(self) -> u32 {
-        self.0.width + 2 * self.0.padding
-    }
-
-    fn height(self) -> u32 {
-        self.0.height + 2 * self.0.padding
-    }
-
-    fn tile(self, tile: u32) -> impl Iterator<Item = Pixel> {
-        let (x0, y0) = (tile % self.columns() * Self::TILE, tile / self.columns() * Self::TILE);
-        let (x1, y1) = ((x0 + Self::TILE).min(self.width()), (y0 + Self::TILE).min(self.height()));
-        let padding = self.0.padding as i32;
-        (y0..y1).flat_map(move |y| (x0..x1).map(move |x| Pixel { x: x as i32 - padding, y: y as i32 - padding }))
-    }
-}
-
-impl Pixel {
-    /// A number that names the pixel whatever the image's size and padding.
-    fn key(self) -> u32 {
-        // Padding is a few pixels; sizes are below 2¹⁶ less this offset.
-        let offset = |x: i32| (x + 16) as u32 & 0xffff;
-        offset(self.y) << 16 | offset(self.x)
-    }
-
-    /// Counted from the crop's corner: a planted mistake.
-    #[cfg(feature = "mistakes")]
-    fn within(self, crop: Crop) -> Self {
-        Self { x: self.x - crop.x0 as i32, y: self.y - crop.y0 as i32 }
-    }
-
-    /// Its upper left corner on the image.
-    #[inline]
-    fn corner(self) -> Vec2 {
-        Vec2::new(self.x as f32, self.y as f32)
-    }
-
-    fn is_inside(self, sensor: Sensor) -> bool {
-        (0..sensor.width as i32).contains(&self.x) && (0..sensor.height as i32).contains(&self.y)
     }
 }
 

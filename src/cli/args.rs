@@ -15,7 +15,7 @@ use super::{
 };
 use crate::{
     film::Crop,
-    integrator::{ConnectionRoulette, IntegratorKind},
+    integrator::{IntegratorKind, RelativeRoulette},
     io::{Limits, LoadOptions, Outside},
     layers::Expression,
     path::{Roulette, Strategy},
@@ -100,7 +100,7 @@ pub(super) struct RenderArgs {
     /// Russian roulette before the rays of connections: what would contribute less than T is ended with the probability P, such as
     /// 0.1,50%. T is in units of what all surfaces would show if the lights' power were spread evenly over them [default: off]
     #[arg(long, value_name = "T,P", allow_hyphen_values = true, value_parser = values::connection_roulette)]
-    pub(super) connection_roulette: Option<ConnectionRoulette>,
+    pub(super) connection_roulette: Option<RelativeRoulette>,
 
     /// Random numbers: independent of each other, or evenly distributed over a pixel's samples (sobol) [default: sobol; independent
     /// with -i light]

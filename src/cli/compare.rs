@@ -41,8 +41,8 @@ pub(super) struct CompareArgs {
     #[arg(short, long, value_name = "DIFF")]
     output: Vec<PathBuf>,
 
-    /// Exit with 1 if this error (mse, relmse, relmse-trimmed, mape, or flip: at the reference's automatic exposure) of A, or with --reference of A or B, is above X; may be given
-    /// several times
+    /// Exit with 1 if this error of A, or with --reference of A or B, is above X; may be given several times. METRIC is mse, relmse,
+    /// relmse-trimmed, mape, or flip (at the reference's automatic exposure)
     #[arg(long, value_name = "METRIC=X", value_parser = values::bound)]
     fail_above: Vec<(Metric, f64)>,
 

@@ -6,7 +6,7 @@ use std::collections::BTreeMap;
 use super::passes::Passes;
 use crate::{
     film::{Crop, Film, FixedPoint, Header},
-    integrator::{ConnectionRoulette, Weighting},
+    integrator::{RelativeRoulette, Weighting},
     io::{NamedCamera, ThinLens, View},
     path::Roulette,
     render::{Background, Settings},
@@ -63,7 +63,7 @@ pub(super) fn settings(job: &Job<'_>, scale: FixedPoint) -> BTreeMap<String, Str
     if settings.light_paths != 1 {
         attributes.push(("light-paths", settings.light_paths.to_string()));
     }
-    if let Some(ConnectionRoulette { threshold, end }) = settings.connection_roulette {
+    if let Some(RelativeRoulette { threshold, end }) = settings.connection_roulette {
         attributes.push(("connection-roulette", format!("{threshold},{end}")));
     }
     if job.lights != LightChoice::default() {

@@ -9,7 +9,7 @@ use super::progress::Style;
 use crate::{
     compare::Metric,
     film::Crop,
-    integrator::{ConnectionRoulette, IntegratorKind},
+    integrator::{IntegratorKind, RelativeRoulette},
     io::Limits,
     math::Rgb,
     path::{Roulette, Strategy},
@@ -263,7 +263,7 @@ pub(super) fn roulette(text: &str) -> Result<Roulette, String> {
 }
 
 /// `0.1,50%`: a threshold, and the probability to end what lies below it.
-pub(super) fn connection_roulette(text: &str) -> Result<ConnectionRoulette, String> {
+pub(super) fn connection_roulette(text: &str) -> Result<RelativeRoulette, String> {
     let known = || "roulette on connections is written like 0.1,50%, with a probability below 100%".to_owned();
     let (threshold, end) = text.split_once(',').ok_or_else(known)?;
     let threshold: f32 = threshold.trim().parse().map_err(|_| known())?;
@@ -273,7 +273,7 @@ pub(super) fn connection_roulette(text: &str) -> Result<ConnectionRoulette, Stri
     };
     let end = end.map_err(|_| known())?;
     let usable = threshold > 0.0 && threshold.is_finite() && (0.0..1.0).contains(&end);
-    if usable { Ok(ConnectionRoulette { threshold, end }) } else { Err(known()) }
+    if usable { Ok(RelativeRoulette { threshold, end }) } else { Err(known()) }
 }
 
 /// `R,G,B`, or one number for all three: a radiance.
@@ -387,7 +387,7 @@ mod tests {
         assert_eq!(roulette("throughput:2"), Ok(Roulette::ByThroughput(2)));
         assert_eq!(roulette("reflectance:0"), Ok(Roulette::FromDepth(0)));
         assert!(roulette("luck:2").is_err() && roulette("throughput").is_err() && roulette("throughput:off").is_err());
-        let half = ConnectionRoulette { threshold: 0.25, end: 0.5 };
+        let half = RelativeRoulette { threshold: 0.25, end: 0.5 };
         assert_eq!((connection_roulette("0.25,50%"), connection_roulette("0.25, 0.5")), (Ok(half), Ok(half)));
         for bad in ["", "1", "0,50%", "-1,0.5", "1,100%", "1,1", "nan,0.5", "1,nan", "1,-0.1", "inf,0.5", "1,2,3"] {
             assert!(connection_roulette(bad).is_err(), "{bad}");

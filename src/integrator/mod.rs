@@ -2,6 +2,7 @@
 
 mod area;
 mod bdpt;
+mod connection_roulette;
 mod hybrid;
 mod light;
 mod path;
@@ -10,9 +11,14 @@ mod path_light;
 
 use std::{fmt, str::FromStr};
 
+pub use connection_roulette::{ConnectionRoulette, RelativeRoulette};
+
 use crate::{
     math::{Rgb, luminance},
-    path::{Densities, Heuristic, JoinedPath, LightVertices, Roulette, Step, Strategy, Subpath, Technique, Techniques},
+    path::{
+        Densities, Heuristic, JoinedPath, LightVertices, Rivals, Roulette, Step, Strategy, Subpath, Technique,
+        Techniques,
+    },
     sampling::{Block, Sampler, SamplerKind},
     scene::{
         Scene,
@@ -97,11 +103,12 @@ impl IntegratorKind {
         }
     }
 
-    /// How it chooses among these lights with the least noise in the same time.
+    /// How it chooses among these lights with the least noise in the same time. Without next-event estimation nothing asks for more
+    /// than the power, by which emission starts.
     pub fn choice_among(self, lights: &Lights) -> LightChoice {
         match self {
-            Self::Area => LightChoice::Power,
-            _ => lights.suitable_choice(),
+            Self::Light | Self::PathHemisphere | Self::Area => LightChoice::Power,
+            Self::Path | Self::Hybrid | Self::Bdpt | Self::PathLight => lights.suitable_choice(),
         }
     }
 
@@ -167,19 +174,10 @@ pub struct Integrator {
     evaluated: Techniques,
     weighed: Techniques,
     heuristic: Heuristic,
+    /// Where the table and the rule have them.
+    rivals: Option<Rivals>,
     roulette: Roulette,
     connections: Option<ConnectionRoulette>,
-}
-
-/// Russian roulette on connections, before their ray (lecture, *Russian roulette*): what would contribute less than a threshold, were
-/// nothing in the way, is looked at with a probability only, and counts for the rest.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct ConnectionRoulette {
-    /// A weighted contribution to a pixel, w F/(n p) with V = 1, luminance. [`Integrator::with_connection_roulette`] takes it as an
-    /// absolute radiance.
-    pub threshold: f32,
-    /// The probability to end what contributes less, in [0, 1).
-    pub end: f32,
 }
 
 impl Integrator {
@@ -196,7 +194,8 @@ impl Integrator {
 
     /// An integrator of one's own.
     pub fn from_table(table: Techniques, heuristic: Heuristic, roulette: Roulette) -> Self {
-        Self { evaluated: table.clone(), weighed: table, heuristic, roulette, connections: None }
+        let rivals = Rivals::of(&table, heuristic);
+        Self { evaluated: table.clone(), weighed: table, heuristic, rivals, roulette, connections: None }
     }
 
     /// The same integrator with so many next-event samples at each camera vertex: n_{1,t} of the lecture's light-area sampling.
@@ -218,7 +217,8 @@ impl Integrator {
     }
 
     fn with_tables(self, change: impl Fn(&Techniques) -> Techniques) -> Self {
-        Self { evaluated: change(&self.evaluated), weighed: change(&self.weighed), ..self }
+        let [evaluated, weighed] = [&self.evaluated, &self.weighed].map(change);
+        self.with_weighed(evaluated, weighed)
     }
 
     /// The same integrator with roulette on its connections, next-event rays among them.
@@ -232,10 +232,14 @@ impl Integrator {
     pub fn only(self, strategy: Strategy, weighting: Weighting) -> Self {
         let evaluated = self.evaluated.only(strategy);
         let weighed = match weighting {
-            Weighting::Weighted => self.weighed,
+            Weighting::Weighted => self.weighed.clone(),
             Weighting::Unweighted => evaluated.clone(),
         };
-        Self { evaluated, weighed, ..self }
+        self.with_weighed(evaluated, weighed)
+    }
+
+    fn with_weighed(self, evaluated: Techniques, weighed: Techniques) -> Self {
+        Self { rivals: Rivals::of(&weighed, self.heuristic), evaluated, weighed, ..self }
     }
 
     /// The table that weighs.
@@ -246,6 +250,21 @@ impl Integrator {
     /// The rule that weighs.
     pub fn heuristic(&self) -> Heuristic {
         self.heuristic
+    }
+
+    /// w of a path that this integrator's own walks have found.
+    #[inline(always)]
+    pub fn weight(&self, path: &JoinedPath) -> f32 {
+        match &self.rivals {
+            Some(rivals) => path.running_weight(&self.weighed, rivals),
+            None => self.whole_weight(path),
+        }
+    }
+
+    /// The weight summed over the whole table. Out of line, since no table of [`IntegratorKind`] needs it for long paths.
+    #[inline(never)]
+    fn whole_weight(&self, path: &JoinedPath) -> f32 {
+        path.mis_weight(&self.weighed, self.heuristic)
     }
 
     /// Whether the table has a strategy that could find this path: the integrator's coverage, path by path.
@@ -275,10 +294,14 @@ impl Integrator {
     /// Storage for this integrator's subpaths, one per thread.
     pub fn scratch(&self) -> Scratch {
         let LightVertices { connected, splatted } = self.evaluated.light_vertices();
+        let rivals = self.rivals.as_ref();
+        let light = Subpath::with_capacity(connected.max(splatted))
+            .summing(rivals.map(|rivals| rivals.light.clone()).unwrap_or_default());
         Scratch {
             camera: Subpath::with_capacity(self.evaluated.camera_vertices().max(1))
-                .sampling(self.evaluated.directions()),
-            lights: vec![Subpath::with_capacity(connected.max(splatted)); self.evaluated.light_paths() as usize],
+                .sampling(self.evaluated.directions())
+                .summing(rivals.map(|rivals| rivals.camera.clone()).unwrap_or_default()),
+            lights: vec![light; self.evaluated.light_paths() as usize],
             lens: Subpath::with_capacity(1),
             drawn: Vec::new(),
         }
@@ -444,8 +467,7 @@ impl Integrator {
             sink.shadow_ray();
         }
         let Some(path) = path.seen() else { return };
-        let weight = path.mis_weight(&self.weighed, self.heuristic) / self.weighed.samples(path.technique());
-        let value = path.contribution() * (weight * per_survival);
+        let value = path.contribution() * (self.share(&path) * per_survival);
         if value == Rgb::ZERO {
             return;
         }
@@ -458,12 +480,17 @@ impl Integrator {
 }
 
 impl Integrator {
+    /// w/n: what a path that was found deposits of F/p.
+    #[inline(always)]
+    fn share(&self, path: &JoinedPath<'_>) -> f32 {
+        self.weight(path) / self.weighed.samples(path.technique())
+    }
+
     /// What the path would contribute to its pixel if nothing were in the way, luminance: w F/(n p) with V = 1. Out of line, since it is
     /// asked for with roulette on connections alone.
     #[inline(never)]
     fn tentative(&self, path: &JoinedPath<'_>) -> f32 {
-        let weight = path.mis_weight(&self.weighed, self.heuristic) / self.weighed.samples(path.technique());
-        luminance(path.contribution()) * weight
+        luminance(path.contribution()) * self.share(path)
     }
 }
 

@@ -5,7 +5,7 @@ use std::cmp::Ordering;
 use glam::Vec3;
 
 use super::{
-    Densities, Edge, Heuristic, Path, Step, Strategy, Subpath, Technique, Techniques, Vertex, mis_weight,
+    Densities, Edge, Heuristic, Path, Rivals, Step, Strategy, Subpath, Technique, Techniques, Vertex, mis_weight,
     subpath::transmittance, vertex::scatter,
 };
 use crate::{
@@ -159,6 +159,19 @@ impl<'a> JoinedPath<'a> {
         match self.technique {
             Technique::Bidirectional(strategy) => {
                 let weight = mis_weight(self, strategy, techniques, heuristic);
+                mistake!(weight, EmissionTwice => if strategy.s == 0 { 1.0 } else { weight })
+            }
+            Technique::Area => 1.0,
+        }
+    }
+
+    /// The same by the running sums that the subpaths have from walks that [sum](Subpath::summing) these rivals.
+    #[inline(always)]
+    pub fn running_weight(&self, techniques: &Techniques, rivals: &Rivals) -> f32 {
+        let further = |steps: &[Step]| if let [.., last, _, _] = steps { last.rivals } else { 0.0 };
+        match self.technique {
+            Technique::Bidirectional(strategy) => {
+                let weight = rivals.weight(self, strategy, techniques, [self.camera, self.light].map(further));
                 mistake!(weight, EmissionTwice => if strategy.s == 0 { 1.0 } else { weight })
             }
             Technique::Area => 1.0,

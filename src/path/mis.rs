@@ -39,7 +39,7 @@ pub trait Densities {
 /// n_{s,t} of a strategy as far as it could have found this path, zero where it could not;
 /// for s = 1 it carries the ratio of next-event to emission density, so that ratios of products may use l_n throughout.
 #[inline(always)]
-fn effective_count(path: &impl Densities, strategy: Strategy, techniques: &Techniques) -> f32 {
+pub(super) fn effective_count(path: &impl Densities, strategy: Strategy, techniques: &Techniques) -> f32 {
     let count = techniques.count(strategy);
     if count == 0.0 {
         return 0.0;
@@ -56,6 +56,12 @@ fn effective_count(path: &impl Densities, strategy: Strategy, techniques: &Techn
     } else {
         count
     }
+}
+
+/// n of a strategy over the n, of which `per_own` is the reciprocal, of the one that found the path.
+#[inline(always)]
+pub(super) fn share(count: f32, per_own: f32) -> f32 {
+    mistake!(count * per_own, NoCountsInWeights => f32::from(count > 0.0))
 }
 
 /// w_{s,t}(p̄): the share of a path that the strategy which found it may deposit.
@@ -97,8 +103,7 @@ fn others(
     let count = |t: u32| effective_count(path, Strategy { s: n + 1 - t, t }, techniques);
     let per_own = 1.0 / count(strategy.t);
     // A ratio may overflow, and ∞·0 would be no number where the other strategy has no sample at all.
-    let share = |ratio: f32, count: f32| mistake!(ratio * (count * per_own), NoCountsInWeights => ratio);
-    let term = |ratio: f32, count: f32| if count == 0.0 { 0.0 } else { share(ratio, count) };
+    let term = |ratio: f32, count: f32| if count == 0.0 { 0.0 } else { ratio * share(count, per_own) };
     let range = techniques.range(n);
     let (mut lower_s, mut ratio) = (0.0, 1.0);
     for i in strategy.t..*range.end() {
@@ -189,7 +194,10 @@ mod tests {
         proptest,
     };
 
-    use super::*;
+    use super::{
+        super::{Rivals, RunningSum},
+        *,
+    };
     use crate::scene::camera::Sensor;
 
     /// Densities out of thin air.
@@ -272,6 +280,49 @@ mod tests {
                     }
                 }
             }
+        }
+
+        /// For tables that allow it.
+        #[test]
+        fn running_sums_give_the_whole_tables_weights(path in densities(), entries in prop::collection::vec(0_u32..3, 100), other in 1_u32..3) {
+            let sensor = Sensor { width: 7, height: 5, padding: 1 };
+            let entry = |s: u32, t: u32| entries[(s * 10 + t) as usize];
+            let separable = |x: Strategy| match (x.s, x.t) {
+                (3.., 4..) => entry(0, 0),
+                (3.., t) => entry(9, t),
+                (s, 4..) => entry(s, 9),
+                (s, t) => entry(s, t),
+            };
+            let table = Techniques::new(sensor, 8, separable);
+            let n = path.edges() as usize;
+            for heuristic in [Heuristic::Balance, Heuristic::Power] {
+                let rivals = Rivals::of(&table, heuristic).unwrap();
+                // Along a subpath through all of the path from each side; a connection looks at the part that it has.
+                let along = |sum: &RunningSum, at: &dyn Fn(usize) -> usize, ratio: &dyn Fn(usize) -> f32, ends: [f32; 2]| {
+                    let delta = |j: usize| path.is_delta(at(j) as u32);
+                    (0..n).scan(0.0, |before, j| {
+                        let free = j == 0 || !(delta(j) || delta(j - 1));
+                        let connects = if free { ends.get(j).copied().unwrap_or(1.0) } else { 0.0 };
+                        *before = sum.next(j, ratio(at(j)), connects, *before);
+                        Some(*before)
+                    }).collect::<Vec<_>>()
+                };
+                let from_camera = along(&rivals.camera, &|j| j, &|i| path.light[i] / path.camera[i], [0.0, 1.0]);
+                let hittable = f32::from(path.hittable);
+                let from_light = along(&rivals.light, &|j| n - j, &|i| path.camera[i] / path.light[i], [hittable, path.next_event]);
+                for t in (1..=n + 1).filter(|t| table.range(n as u32).contains(&(*t as u32))) {
+                    let strategy = Strategy { s: (n + 1 - t) as u32, t: t as u32 };
+                    if effective_count(&path, strategy, &table) == 0.0 {
+                        continue;
+                    }
+                    let before = |sums: &[f32], k: usize| k.checked_sub(3).map_or(0.0, |j| sums[j]);
+                    let sums = [before(&from_camera, t), before(&from_light, n + 1 - t)];
+                    let (fast, whole) = (rivals.weight(&path, strategy, &table, sums), mis_weight(&path, strategy, &table, heuristic));
+                    prop_assert!((fast - whole).abs() <= 1e-5 * whole, "{heuristic:?} {strategy}: {fast} {whole}");
+                }
+            }
+            let one_more = Techniques::new(sensor, 8, |x| separable(x) + if (x.s, x.t) == (3, 4) { other } else { 0 });
+            prop_assert!(Rivals::of(&one_more, Heuristic::Power).is_none());
         }
 
         #[test]

@@ -209,6 +209,12 @@ impl Techniques {
         }
     }
 
+    /// N_c, what the entries with t ≥ 2 count in multiples of.
+    #[inline]
+    pub fn subpaths(&self) -> f32 {
+        self.camera_subpaths as f32
+    }
+
     /// The t of the table's strategies for paths of `n` edges, from the first to the last (some between them may be missing); empty
     /// where there is none.
     #[inline]

@@ -2,7 +2,7 @@
 
 use glam::{Vec2, Vec3};
 
-use super::{Edge, Vertex};
+use super::{Edge, RunningSum, Vertex};
 use crate::{
     math::Rgb,
     sampling::{Block, PdfArea, PdfSolidAngle, Sampler},
@@ -56,6 +56,9 @@ pub struct Step {
     pub pdf_rev: PdfArea,
     /// The product of roulette's survival probabilities so far: in the estimate, not in any density.
     pub survival: f32,
+    /// What the strategies that connect before this vertex have against one that connects further on: see
+    /// [`Rivals`](super::Rivals). Known at the same time as `pdf_rev`.
+    pub rivals: f32,
 }
 
 impl Step {
@@ -77,6 +80,7 @@ impl Step {
             pdf_fwd: pdf,
             pdf_rev: PdfArea::ZERO,
             survival: 1.0,
+            rivals: 0.0,
         }
     }
 
@@ -98,6 +102,9 @@ pub struct Subpath {
     whole: f32,
     /// Of a light subpath with two vertices or more: see [`super::Densities::next_event_ratio`].
     next_event_ratio: f32,
+    /// Of a light subpath: 1 if a ray can meet its light, else 0.
+    hittable: f32,
+    rivals: RunningSum,
 }
 
 /// Where a walk comes from and when it ends.
@@ -126,7 +133,15 @@ impl Subpath {
     pub fn with_capacity(vertices: u32) -> Self {
         let nothing = Step::first(Point::nowhere(Vec3::ZERO), PdfArea(1.0));
         let room = vec![nothing; vertices as usize].into_boxed_slice();
-        Self { room, len: 0, directions: Directions::Bsdf, whole: 1.0, next_event_ratio: 1.0 }
+        Self {
+            room,
+            len: 0,
+            directions: Directions::Bsdf,
+            whole: 1.0,
+            next_event_ratio: 1.0,
+            hittable: 1.0,
+            rivals: RunningSum::default(),
+        }
     }
 
     /// The same storage for walks that sample by another rule than the BSDF.
@@ -136,6 +151,12 @@ impl Subpath {
     #[must_use]
     pub fn sampling(self, directions: Directions) -> Self {
         Self { directions, ..self }
+    }
+
+    /// The same storage for walks that sum up, for the weights, what connects further back: see [`super::Rivals`].
+    #[must_use]
+    pub fn summing(self, rivals: RunningSum) -> Self {
+        Self { rivals, ..self }
     }
 
     /// The vertices with their prefix products.
@@ -251,6 +272,8 @@ impl Subpath {
         let (position, direction, choose) = (sampler.next_2d(), sampler.next_2d(), sampler.next_1d());
         let Some(emission) = scene.sample_emission(choose, position, direction) else { return };
         let p = emission.point;
+        let hittable = p.light.is_some_and(|id| scene.lights().is_hittable(id));
+        self.hittable = f32::from(hittable);
         self.push(Step::first(p, emission.pdf_position));
         let leaves = emission.pdf_direction > PdfSolidAngle::ZERO && p.alpha > 0.0;
         if vertices == 1 || !leaves {
@@ -266,17 +289,21 @@ impl Subpath {
         };
         self.whole = departure.beta.max_element();
         self.walk(scene, departure, Way { transport: Transport::Importance, vertices, roulette, branch }, sampler);
-        if let [end, before, ..] = self.steps() {
-            let next_event = scene.lights().pdf_next_event(&end.vertex.point, &before.vertex.point);
-            self.next_event_ratio = next_event.0 / end.pdf_fwd.0;
-        }
     }
 
     /// Goes on from the last vertex: trace, arrive, scatter, play roulette, depart.
     #[inline(always)]
     fn walk(&mut self, scene: &Scene, mut departure: Departure, way: Way, sampler: &mut impl Sampler) {
         while self.len < way.vertices as usize {
-            if !self.arrive(scene, &departure, way, sampler) || self.len == way.vertices as usize {
+            if !self.arrive(scene, &departure, way, sampler) {
+                return;
+            }
+            if way.transport == Transport::Importance && self.len == 2 {
+                let [end, before] = [&self.room[0], &self.room[1]];
+                let next_event = scene.lights().pdf_next_event(&end.vertex.point, &before.vertex.point);
+                self.next_event_ratio = next_event.0 / end.pdf_fwd.0;
+            }
+            if self.len == way.vertices as usize {
                 return;
             }
             let Some(next) = self.depart(way, sampler) else { return };
@@ -340,7 +367,23 @@ impl Subpath {
             pdf_fwd: departure.pdf.to_area(&edge),
             pdf_rev: PdfArea::ZERO,
             survival: departure.survival,
+            rivals: 0.0,
         });
+    }
+
+    /// Of the last vertex but one: how many times the edge towards it counts as one that can be connected, and the running sum up to there.
+    #[inline(always)]
+    fn before_last(&self) -> (f32, f32) {
+        match self.steps() {
+            // p_n alone: what hits it. From the camera there is no such rival.
+            [_, _] => (self.hittable, 0.0),
+            [.., from, to, _] if !(from.vertex.is_delta() || to.vertex.is_delta()) => {
+                // The edge to p_n is that of next-event estimation.
+                (if self.len == 3 { self.next_event_ratio } else { 1.0 }, from.rivals)
+            }
+            [.., from, _, _] => (0.0, from.rivals),
+            _ => (0.0, 0.0),
+        }
     }
 
     /// Samples how the walk leaves its last vertex, and fills in what that decides: the vertex's lobe and its
@@ -348,12 +391,17 @@ impl Subpath {
     #[inline(always)]
     fn scatter(&mut self, Way { transport, roulette, .. }: Way, u: Vec3, survive: f32) -> Option<Departure> {
         let edges = self.len as u32 - 1;
+        let (connects, further) = self.before_last();
         let [.., before, here] = &mut self.room[..self.len] else { return None };
         let known = here.back.direction;
         let sample = here.vertex.sample(self.directions, known, transport, u)?;
         here.vertex.lobe = sample.lobe;
         let (fwd, rev) = sample.scatter.forward_reverse(transport);
         before.pdf_rev = rev.to_area(&here.back);
+        if !self.rivals.is_empty() {
+            before.rivals =
+                self.rivals.next(edges as usize - 1, before.pdf_rev.0 / before.pdf_fwd.0, connects, further);
+        }
 
         let p = &here.vertex.point;
         let cos = mistake!(p.normal, ShadingCosine => p.shading_normal).dot(sample.direction).abs();

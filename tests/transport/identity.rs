@@ -28,7 +28,7 @@ struct Claim {
 fn fast(path: &JoinedPath, integrator: &Integrator) -> Claim {
     Claim {
         contribution: path.contribution().as_dvec3() * f64::from(path.survival()),
-        weight: f64::from(path.mis_weight(integrator.techniques(), integrator.heuristic())),
+        weight: f64::from(integrator.weight(path)),
     }
 }
 
@@ -221,6 +221,8 @@ enum Mistake {
     Visibility,
     /// The same of a forward density.
     Passing,
+    /// A running sum of rivals without its last step.
+    Rivals,
 }
 
 impl Mistake {
@@ -254,6 +256,10 @@ impl Mistake {
                 let i = (1..steps.len()).find(|i| steps[*i].back.visibility < 1.0)?;
                 steps[i].pdf_fwd = PdfArea(steps[i].pdf_fwd.0 / steps[i].back.visibility);
             }
+            Self::Rivals => {
+                let i = steps.len().checked_sub(3).filter(|i| *i >= 1)?;
+                steps[i].rivals = steps[i - 1].rivals;
+            }
         }
         Some(steps)
     }
@@ -263,7 +269,9 @@ impl Mistake {
 fn turns_red_for_each_planted_mistake() {
     let sensor = scenes::square(32, Filter::Box);
     let settings = Settings { max_depth: 6, seed: 3, ..Settings::new(sensor) };
-    for mistake in [Mistake::Prefix, Mistake::Reverse, Mistake::Jacobian, Mistake::Visibility, Mistake::Passing] {
+    for mistake in
+        [Mistake::Prefix, Mistake::Reverse, Mistake::Jacobian, Mistake::Visibility, Mistake::Passing, Mistake::Rivals]
+    {
         let scene = match mistake {
             Mistake::Visibility | Mistake::Passing => scenes::veiled(sensor),
             _ => scenes::zoo(sensor),
@@ -275,7 +283,15 @@ fn turns_red_for_each_planted_mistake() {
         renderer.pass_where(&|path| {
             let Some(steps) = mistake.plant(path.camera()) else { return true };
             let Some(wrong) = path.with_camera(&steps) else { return true };
-            let complaint = disagreement(&scene, &wrong, fast(&wrong, table), table);
+            let claim = match mistake {
+                Mistake::Rivals => fast(&wrong, table),
+                // The running sums were right before the mistake.
+                _ => Claim {
+                    weight: wrong.mis_weight(table.techniques(), table.heuristic()).into(),
+                    ..fast(&wrong, table)
+                },
+            };
+            let complaint = disagreement(&scene, &wrong, claim, table);
             let mut counts = counts.lock().unwrap();
             counts.0 += 1;
             counts.1 += u32::from(complaint.is_some());

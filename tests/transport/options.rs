@@ -1,7 +1,7 @@
 //! Options that change how an image is estimated and not what it is: choices among lights, splitting, roulette.
 
 use pathspace::{
-    integrator::{ConnectionRoulette, Integrator, IntegratorKind},
+    integrator::{Integrator, IntegratorKind, RelativeRoulette},
     path::{JoinedPath, Roulette},
     render::{Renderer, Settings},
     sampling::Filter,
@@ -178,13 +178,13 @@ fn roulette_on_connections_changes_no_image() {
     let scene = courtyard();
     for kind in [IntegratorKind::Path, IntegratorKind::Light, IntegratorKind::Hybrid, IntegratorKind::Bdpt] {
         let half = |settings: &mut Settings| {
-            settings.connection_roulette = Some(ConnectionRoulette { threshold: 1.0, end: 0.5 });
+            settings.connection_roulette = Some(RelativeRoulette { threshold: 1.0, end: 0.5 });
         };
         let variants = [Variant::new("every ray", &scene, kind, |_| ()), Variant::new("half", &scene, kind, half)];
         assert_same_image(&format!("courtyard-{kind}-tentative"), &variants);
         let settings = Settings {
             integrator: kind,
-            connection_roulette: Some(ConnectionRoulette { threshold: 1e9, end: 0.75 }),
+            connection_roulette: Some(RelativeRoulette { threshold: 1e9, end: 0.75 }),
             ..Settings::new(scene.camera.sensor())
         };
         let mut renderer = Renderer::new(&scene, &settings);

@@ -89,3 +89,40 @@ fn range(points: impl Iterator<Item = f64>) -> Range<f64> {
         least..above
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::converge::power_law;
+
+    /// Without a power of ten in it an axis has no label at all.
+    #[test]
+    fn every_range_holds_its_points_and_a_power_of_ten() {
+        for (least, most) in [(1.0, 1.0), (2.0, 3.0), (2.0, 60.0), (4.3e-7, 7.9e-7), (1.1e-3, 9.9e-3), (85.0, 99.0)] {
+            let Range { start, end } = range([least, most].into_iter());
+            assert!(start < least && most < end, "{start} {least} {most} {end}");
+            let power = 10.0_f64.powf(end.log10().floor());
+            assert!((start..=end).contains(&power), "no power of ten from {start} to {end}");
+        }
+        let of_nothing = range([0.0, f64::NAN].into_iter());
+        assert!(of_nothing.start > 0.0 && of_nothing.start < of_nothing.end);
+    }
+
+    #[test]
+    fn a_plot_has_its_points_their_law_and_labels_on_both_axes() {
+        let points = vec![(0.25, 0.4), (1.0, 0.2), (4.0, 0.1)];
+        let plot = |law, level| {
+            let curve = Curve { colour: [200, 0, 0], points: points.clone(), law };
+            log_log(&[curve], &Axes { x: "seconds", y: "error", level }).unwrap()
+        };
+        let count = |svg: &str, what: &str| svg.matches(what).count();
+        let (bare, fitted) = (plot(None, None), plot(power_law(points.iter().copied()), None));
+        assert_eq!(count(&bare, "<circle"), points.len());
+        assert_eq!(count(&fitted, "<polyline"), count(&bare, "<polyline") + 1);
+        assert_eq!(count(&plot(None, Some(0.15)), "<polyline"), count(&bare, "<polyline") + 1);
+        let labels = |text: &str| bare.lines().filter(|line| line.trim() == text).count();
+        for text in ["seconds", "error", "1", "0.1"] {
+            assert!(labels(text) > 0, "no label '{text}' in {bare}");
+        }
+    }
+}

@@ -302,7 +302,7 @@ impl LightTree {
         let (mut content, mut probability) = (self.root, 1.0);
         while let Content::Halves(i) = content {
             let halves = &self.halves[i as usize];
-            let first = first_share(halves, &at);
+            let first = mistake!(first_share(halves, &at), FairTree => 0.5);
             probability *= if way & 1 == 0 { first } else { 1.0 - first };
             content = halves[(way & 1) as usize].content;
             way >>= 1;
