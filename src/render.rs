@@ -25,7 +25,9 @@ pub use self::{
 use crate::{
     film::{Coverage, Crop, Film, FixedPoint, Half, Sums},
     instructions::Instructions,
-    integrator::{Integrator, IntegratorKind, RelativeRoulette, Samplers, Scratch, Sink, Splats, Unit, Weighting},
+    integrator::{
+        Connects, Integrator, IntegratorKind, LightHalf, RelativeRoulette, Samplers, Scratch, Sink, Splats, Weighting,
+    },
     layers::Layers,
     math::Rgb,
     path::{Densities, JoinedPath, Roulette, Strategy, Technique},
@@ -64,6 +66,9 @@ pub struct Settings {
     pub splits: u32,
     /// Light subpaths for each pixel.
     pub light_paths: u32,
+    /// Connections of each vertex of a camera subpath, to light vertices that are chosen among those of a tile; `None` for one with each
+    /// of its own pixel's.
+    pub light_vertices: Option<u32>,
     /// When Russian roulette may end a subpath.
     pub roulette: Roulette,
     /// Russian roulette on connections.
@@ -97,6 +102,7 @@ impl Settings {
             light_samples: 1,
             splits: 1,
             light_paths: 1,
+            light_vertices: None,
             roulette: Roulette::default(),
             connection_roulette: None,
             only: None,
@@ -152,6 +158,9 @@ impl<'a> Renderer<'a> {
         }
         if settings.light_paths != 1 {
             integrator = integrator.with_light_paths(settings.light_paths);
+        }
+        if let Some(each) = settings.light_vertices {
+            integrator = integrator.with_light_vertices(scene, each);
         }
         if let Some(roulette) = settings.connection_roulette {
             integrator = integrator.with_connection_roulette(roulette.with_unit(scene.spread_radiance()));
@@ -302,37 +311,57 @@ impl<'a> Renderer<'a> {
     /// One sample of each pixel of a tile, in the present pass. Returns the number of samples that this counts as.
     #[inline(always)]
     fn tile<S: Sampler>(&self, tile: u32, scratch: &mut Scratch, sink: &mut impl Sink) -> u64 {
+        let rounds: &[Halves] =
+            if self.integrator.shares_light_vertices() { &[Halves::Light, Halves::Camera] } else { &[Halves::Both] };
         let mut samples = 0;
-        for pixel in PaddedImage(self.scene.camera.sensor()).tile(tile) {
-            samples += self.sample::<S>(pixel, self.passes.end, scratch, sink);
+        scratch.start_over();
+        for halves in rounds {
+            for pixel in PaddedImage(self.scene.camera.sensor()).tile(tile) {
+                samples += self.sample::<S>(pixel, *halves, scratch, sink);
+            }
         }
         samples
     }
 
-    /// One sample of one pixel of the padded image. Returns the number of samples that this counts as.
+    /// One sample of one pixel of the padded image, or a half of it. Returns the number of samples that this counts as.
     #[inline(always)]
-    fn sample<S: Sampler>(&self, pixel: Pixel, pass: u32, scratch: &mut Scratch, sink: &mut impl Sink) -> u64 {
+    fn sample<S: Sampler>(&self, pixel: Pixel, halves: Halves, scratch: &mut Scratch, sink: &mut impl Sink) -> u64 {
+        let mut streams = self.streams::<S>(pixel);
+        let samplers = &mut Samplers::of(&mut streams);
+        let serves_crop = self.serves_crop(pixel);
+        if halves == Halves::Both {
+            scratch.start_over();
+        }
+        if halves != Halves::Camera {
+            let connects = serves_crop || halves == Halves::Light;
+            let splats = pixel.is_inside(self.scene.camera.sensor());
+            let half = LightHalf {
+                connects: if connects { Connects::Yes } else { Connects::No },
+                splats: if splats { Splats::Yes } else { Splats::No },
+            };
+            self.integrator.estimate_from_light(self.scene, half, scratch, samplers, sink);
+        }
+        if halves == Halves::Light || !serves_crop {
+            return 0;
+        }
+        if self.integrator.walks_from_camera() || self.coverage.is_some() {
+            samplers.camera.start(Block::START);
+            let raster = Raster(pixel.corner() + samplers.camera.next_2d());
+            if let Some(coverage) = &self.coverage {
+                coverage.deposit(raster, self.covered(raster, samplers.camera.clone()));
+                sink.shadow_ray();
+            }
+            self.integrator.estimate_from_camera(self.scene, raster, scratch, samplers, sink);
+        }
+        1
+    }
+
+    /// The random numbers of one sample of one pixel, in the present pass.
+    #[inline(always)]
+    fn streams<S: Sampler>(&self, pixel: Pixel) -> [S; 4] {
         let numbered = mistake!(pixel, CropShiftsNumbers => pixel.within(self.settings.crop));
         let seed = mistake!(self.settings.seed, ThreadInSeed => self.settings.seed + this_thread());
-        let [mut camera, mut light, mut connection, mut lens] = S::streams(seed, numbered.key(), pass);
-        let sensor = self.scene.camera.sensor();
-        let counts = self.serves_crop(pixel);
-        // No closure: it would be compiled apart, and not for this processor.
-        let raster = if counts && (self.integrator.walks_from_camera() || self.coverage.is_some()) {
-            camera.start(Block::START);
-            Some(Raster(pixel.corner() + camera.next_2d()))
-        } else {
-            None
-        };
-        let unit = Unit { camera: raster, splats: if pixel.is_inside(sensor) { Splats::Yes } else { Splats::No } };
-        if let (Some(coverage), Some(raster)) = (&self.coverage, unit.camera) {
-            coverage.deposit(raster, self.covered(raster, camera.clone()));
-            sink.shadow_ray();
-        }
-        let mut samplers =
-            Samplers { camera: &mut camera, light: &mut light, connection: &mut connection, lens: &mut lens };
-        self.integrator.estimate(self.scene, unit, scratch, &mut samplers, sink);
-        u64::from(counts)
+        S::streams(seed, numbered.key(), self.passes.end)
     }
 
     /// 1 − V towards infinity in the direction that the camera subpath through `raster` takes, with the same numbers.
@@ -405,6 +434,15 @@ impl<'a> Renderer<'a> {
 #[cfg(feature = "mistakes")]
 fn this_thread() -> u64 {
     rayon::current_thread_index().unwrap_or(0) as u64
+}
+
+/// The part of a pixel's sample that is done at once.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Halves {
+    Both,
+    /// The first, of all pixels of a tile before the second of any: these share their light vertices.
+    Light,
+    Camera,
 }
 
 /// Where the paths of a pass go.

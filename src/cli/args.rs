@@ -93,6 +93,11 @@ pub(super) struct RenderArgs {
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1024))]
     pub(super) light_paths: Option<u32>,
 
+    /// Connect each vertex of a camera path to so many vertices of light paths, chosen among those of all pixels nearby [default: to each
+    /// of its own pixel's]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1024))]
+    pub(super) light_vertices: Option<u32>,
+
     /// So many rays at the first surface of each kind that the integrator has: --light-samples N and --splits N
     #[arg(long, value_name = "N", conflicts_with_all = ["light_samples", "splits"], value_parser = clap::value_parser!(u32).range(1..=1024))]
     pub(super) rays: Option<u32>,

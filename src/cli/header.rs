@@ -63,6 +63,9 @@ pub(super) fn settings(job: &Job<'_>, scale: FixedPoint) -> BTreeMap<String, Str
     if settings.light_paths != 1 {
         attributes.push(("light-paths", settings.light_paths.to_string()));
     }
+    if let Some(each) = settings.light_vertices {
+        attributes.push(("light-vertices", each.to_string()));
+    }
     if let Some(RelativeRoulette { threshold, end }) = settings.connection_roulette {
         attributes.push(("connection-roulette", format!("{threshold},{end}")));
     }

@@ -182,7 +182,7 @@ fn kept(args: &RenderArgs, scene: &Scene) -> Result<Option<(String, PathClasses)
 
 /// Refuses options that the integrator has no use for: somebody expects something of them.
 fn refuse_needless(args: &RenderArgs) -> Result<(), Failure> {
-    use IntegratorKind::{Area, Light, PathHemisphere};
+    use IntegratorKind::{Area, Bdpt, Light, PathHemisphere};
     let name = args.integrator;
     let none = |what: &str| Err(Failure::usage(format!("-i {name} {what}")));
     if args.splits.is_some() && matches!(name, Light | Area) {
@@ -202,6 +202,9 @@ fn refuse_needless(args: &RenderArgs) -> Result<(), Failure> {
     }
     if args.light_paths.is_some() && (name == Area || !name.traces_from_lights()) {
         return none("walks no paths from lights that --light-paths could count");
+    }
+    if args.light_vertices.is_some() && name != Bdpt {
+        return none("connects no vertices of light paths that --light-vertices could choose");
     }
     if args.rays.is_some() && matches!(name, Light | Area) {
         return none("has no rays at the first surface that --rays could count");
@@ -310,6 +313,7 @@ fn settings(args: &RenderArgs, crop: Crop, only: Option<(Strategy, Weighting)>) 
         light_samples: args.rays.filter(|_| samples_lights).or(args.light_samples).unwrap_or(1),
         splits: args.rays.filter(|_| follows_directions).or(args.splits).unwrap_or(1),
         light_paths: args.light_paths.unwrap_or(1),
+        light_vertices: args.light_vertices,
         connection_roulette: args.connection_roulette,
         roulette: args.paths.roulette.unwrap_or(args.integrator.roulette()),
         only,

@@ -4,160 +4,28 @@ mod area;
 mod bdpt;
 mod connection_roulette;
 mod hybrid;
+mod kind;
 mod light;
 mod path;
 mod path_hemisphere;
 mod path_light;
 
-use std::{fmt, str::FromStr};
-
 pub use connection_roulette::{ConnectionRoulette, RelativeRoulette};
+pub use kind::IntegratorKind;
 
 use crate::{
     math::{Rgb, luminance},
     path::{
-        Densities, Heuristic, JoinedPath, LightVertices, Rivals, Roulette, Step, Strategy, Subpath, Technique,
-        Techniques,
+        Densities, Heuristic, JoinedPath, LightVertices, Rivals, Roulette, SharedLightVertices, Step, Strategy,
+        Subpath, Technique, Techniques,
     },
-    sampling::{Block, Sampler, SamplerKind},
+    sampling::{Block, Independent, Sampler, Stream},
     scene::{
         Scene,
         bsdf::{Directions, Transport},
         camera::{Raster, Sensor},
-        light::{LightChoice, Lights},
     },
 };
-
-/// The integrators that a person can choose.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum IntegratorKind {
-    /// Path tracing with next-event estimation: s ≤ 1.
-    Path,
-    /// Light tracing: t = 1.
-    Light,
-    /// Path and light tracing in one, weighted: s ≤ 1 or t = 1.
-    Hybrid,
-    /// Bidirectional path tracing: every strategy with t ≥ 1.
-    Bdpt,
-    /// Directional sampling alone: s = 0.
-    PathHemisphere,
-    /// Next-event estimation without MIS: s = 1, and s = 0 where that has no support.
-    PathLight,
-    /// Every vertex on its own, over the area of the surfaces.
-    Area,
-}
-
-impl IntegratorKind {
-    /// All of them, in the order of the documentation.
-    pub const ALL: [Self; 7] =
-        [Self::Path, Self::Light, Self::Hybrid, Self::Bdpt, Self::PathHemisphere, Self::PathLight, Self::Area];
-
-    /// The name on the command line.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Path => path::NAME,
-            Self::Light => light::NAME,
-            Self::Hybrid => hybrid::NAME,
-            Self::Bdpt => bdpt::NAME,
-            Self::PathHemisphere => path_hemisphere::NAME,
-            Self::PathLight => path_light::NAME,
-            Self::Area => area::NAME,
-        }
-    }
-
-    /// The class of paths that the integrator's table can sample at all, in a sentence.
-    pub fn coverage(self) -> &'static str {
-        match self {
-            Self::Path => path::COVERAGE,
-            Self::Light => light::COVERAGE,
-            Self::Hybrid => hybrid::COVERAGE,
-            Self::Bdpt => bdpt::COVERAGE,
-            Self::PathHemisphere => path_hemisphere::COVERAGE,
-            Self::PathLight => path_light::COVERAGE,
-            Self::Area => area::COVERAGE,
-        }
-    }
-
-    /// The longest paths that it finds whatever is asked for, in edges.
-    pub fn longest_path(self) -> u32 {
-        match self {
-            Self::Area => area::MAX_EDGES,
-            _ => u32::MAX,
-        }
-    }
-
-    /// The random numbers that give it the least noise in the same time. Where paths land anywhere on the image, nothing fills a pixel evenly.
-    pub fn sampler(self) -> SamplerKind {
-        match self {
-            Self::Light | Self::Area => SamplerKind::Independent,
-            _ => SamplerKind::Sobol,
-        }
-    }
-
-    /// The roulette that gives it the least noise in the same time: early where a vertex costs many connections and its share of the
-    /// image has other strategies, later where the walk is all there is.
-    pub fn roulette(self) -> Roulette {
-        match self {
-            Self::Hybrid | Self::Bdpt => Roulette::FromDepth(2),
-            _ => Roulette::default(),
-        }
-    }
-
-    /// How it chooses among these lights with the least noise in the same time. Without next-event estimation nothing asks for more
-    /// than the power, by which emission starts.
-    pub fn choice_among(self, lights: &Lights) -> LightChoice {
-        match self {
-            Self::Light | Self::PathHemisphere | Self::Area => LightChoice::Power,
-            Self::Path | Self::Hybrid | Self::Bdpt | Self::PathLight => lights.suitable_choice(),
-        }
-    }
-
-    /// Whether a pass finds paths that may land anywhere on the image.
-    pub fn traces_from_lights(self) -> bool {
-        match self {
-            Self::Path | Self::PathHemisphere | Self::PathLight => false,
-            Self::Light | Self::Hybrid | Self::Bdpt | Self::Area => true,
-        }
-    }
-
-    fn table(self, sensor: Sensor, max_depth: u32) -> Techniques {
-        let multiplicity = match self {
-            Self::Path => path::multiplicity,
-            Self::Light => light::multiplicity,
-            Self::Hybrid => hybrid::multiplicity,
-            Self::Bdpt => bdpt::multiplicity,
-            Self::PathHemisphere => return Techniques::directional(sensor, max_depth, Directions::Bsdf),
-            Self::PathLight => path_light::multiplicity,
-            Self::Area => return Techniques::by_area(sensor, max_depth.min(area::MAX_EDGES)),
-        };
-        Techniques::new(sensor, max_depth, multiplicity)
-    }
-
-    /// The rule that weighs its table.
-    fn heuristic(self) -> Heuristic {
-        match self {
-            Self::PathLight => Heuristic::FirstSupported,
-            _ => Heuristic::Power,
-        }
-    }
-}
-
-impl fmt::Display for IntegratorKind {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(self.name())
-    }
-}
-
-impl FromStr for IntegratorKind {
-    type Err = String;
-
-    fn from_str(s: &str) -> Result<Self, String> {
-        Self::ALL.into_iter().find(|kind| kind.name() == s).ok_or_else(|| {
-            let known: Vec<_> = Self::ALL.into_iter().map(Self::name).collect();
-            format!("there is no integrator '{s}'; choose one of {}", known.join(", "))
-        })
-    }
-}
 
 /// How the deposits of a single strategy are weighted.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -214,6 +82,29 @@ impl Integrator {
     #[must_use]
     pub fn with_light_paths(self, light_paths: u32) -> Self {
         self.with_tables(|table| table.with_light_paths(light_paths))
+    }
+
+    /// The same integrator with connections from each camera vertex to `each` light vertices, chosen uniformly among those of a whole
+    /// tile, in place of all that its own pixel has: see [`Techniques::with_light_vertices`]. To be asked for after all else that changes
+    /// light subpaths, since their mean length is in the table.
+    #[must_use]
+    pub fn with_light_vertices(self, scene: &Scene, each: u32) -> Self {
+        let of_a_path = self.mean_ends(scene);
+        self.with_tables(|table| table.with_light_vertices(each, of_a_path))
+    }
+
+    /// How many vertices that can be connected a light subpath has in the mean, or 1 where none has any. Estimated, always by the same
+    /// numbers: any would give the same image, with another noise.
+    fn mean_ends(&self, scene: &Scene) -> f32 {
+        const SUBPATHS: u32 = 4096;
+        let vertices = self.evaluated.light_vertices().connected;
+        let mut light = Subpath::with_capacity(vertices);
+        let mut ends = 0;
+        for i in 0..SUBPATHS {
+            light.walk_from_light(scene, 0, vertices, self.roulette, &mut Independent::new(0, i, 0, Stream::Light));
+            ends += connectible(light.steps()).count();
+        }
+        if ends == 0 { 1.0 } else { ends as f32 / SUBPATHS as f32 }
     }
 
     fn with_tables(self, change: impl Fn(&Techniques) -> Techniques) -> Self {
@@ -297,11 +188,14 @@ impl Integrator {
         let rivals = self.rivals.as_ref();
         let light = Subpath::with_capacity(connected.max(splatted))
             .summing(rivals.map(|rivals| rivals.light.clone()).unwrap_or_default());
+        let light_paths = self.evaluated.light_paths() as usize;
         Scratch {
             camera: Subpath::with_capacity(self.evaluated.camera_vertices().max(1))
                 .sampling(self.evaluated.directions())
                 .summing(rivals.map(|rivals| rivals.camera.clone()).unwrap_or_default()),
-            lights: vec![light; self.evaluated.light_paths() as usize],
+            lights: vec![light; light_paths],
+            walked: 0,
+            ends: Vec::with_capacity(light_paths * connected as usize),
             lens: Subpath::with_capacity(1),
             drawn: Vec::new(),
         }
@@ -312,9 +206,36 @@ impl Integrator {
 #[derive(Clone, Debug)]
 pub struct Scratch {
     camera: Subpath,
+    /// Those of a pixel, or those of all its pixels so far where a tile shares them; `walked` are in use.
     lights: Vec<Subpath>,
+    walked: usize,
+    /// Their vertices that a camera subpath can be connected to.
+    ends: Vec<End>,
     lens: Subpath,
     drawn: Vec<Step>,
+}
+
+impl Scratch {
+    /// Forgets the light subpaths.
+    #[inline]
+    pub fn start_over(&mut self) {
+        self.walked = 0;
+        self.ends.clear();
+    }
+}
+
+/// The last vertex of a prefix of a light subpath.
+#[derive(Clone, Copy, Debug)]
+struct End {
+    /// Which light subpath.
+    number: u32,
+    s: u32,
+}
+
+/// The s ≥ 2 whose vertex may be connected to.
+#[inline(always)]
+fn connectible(light: &[Step]) -> impl Iterator<Item = u32> {
+    (1..).zip(light).skip(1).filter(|(_, y)| y.vertex.point.bsdf.has_continuous()).map(|(s, _)| s)
 }
 
 /// What becomes of the paths that are found.
@@ -336,16 +257,25 @@ pub trait Sink {
     fn walked(&mut self, _transport: Transport, _rays: usize) {}
 }
 
-/// What one unit of work, a pixel of the padded image, has to do in a pass.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Unit {
-    /// Where the camera subpath starts, or `None` if the pixel is outside the crop.
-    pub camera: Option<Raster>,
-    /// Whether the pixel's light subpath is one of the N_l that splat.
+/// What the light subpaths of a pixel of the padded image are for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct LightHalf {
+    /// Whether camera subpaths are going to be connected to them.
+    pub connects: Connects,
+    /// Whether they are among the N_l that splat.
     pub splats: Splats,
 }
 
-/// See [`Unit::splats`].
+/// See [`LightHalf::connects`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Connects {
+    /// A pixel with camera subpaths, or of a tile that shares light vertices.
+    Yes,
+    /// A pixel outside the crop.
+    No,
+}
+
+/// See [`LightHalf::splats`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Splats {
     /// A pixel of the image: its light subpath is connected to the lens.
@@ -355,51 +285,84 @@ pub enum Splats {
 }
 
 impl Integrator {
-    /// Estimates one sample of one pixel: walks its subpaths, joins them by every strategy of the table, and deposits.
-    ///
-    /// A connection's ray is traced only where something can arrive, and before the path is weighed: V of the connecting edge
-    /// is in the other strategies' densities, and what is blocked needs no weight.
+    /// The first half of a pixel's sample: walks its light subpaths, beside those that `scratch` has, and deposits by the strategies that
+    /// need no camera subpath.
     #[inline(always)]
-    pub fn estimate<S: Sampler>(
+    pub fn estimate_from_light<S: Sampler>(
         &self,
         scene: &Scene,
-        unit: Unit,
+        LightHalf { connects, splats }: LightHalf,
         scratch: &mut Scratch,
         samplers: &mut Samplers<'_, S>,
         sink: &mut impl Sink,
     ) {
         let LightVertices { connected, splatted } = self.evaluated.light_vertices();
-        let connected = if unit.camera.is_some() { connected } else { 0 };
-        let splatted = if unit.splats == Splats::Yes { splatted } else { 0 };
-        let Scratch { camera, lights, lens, drawn } = scratch;
+        let connected = if connects == Connects::Yes { connected } else { 0 };
+        let splatted = if splats == Splats::Yes { splatted } else { 0 };
+        let Scratch { lights, walked, ends, lens, drawn, .. } = scratch;
         let anywhere = Raster(glam::Vec2::ZERO);
         let light_paths = if connected.max(splatted) > 0 { self.evaluated.light_paths() } else { 0 };
-        for number in 0..light_paths {
-            let light = &mut lights[number as usize];
-            light.walk_from_light(scene, number, connected.max(splatted), self.roulette, samplers.light);
+        for branch in 0..light_paths {
+            if *walked == lights.len() {
+                // Only the first tile that is shared gets here.
+                lights.extend_from_within(..1);
+            }
+            let number = *walked as u32;
+            let light = &mut lights[*walked];
+            *walked += 1;
+            light.walk_from_light(scene, branch, connected.max(splatted), self.roulette, samplers.light);
             sink.walked(Transport::Importance, light.steps().len().saturating_sub(1));
+            if connected > 0 {
+                ends.extend(connectible(light.steps()).map(|s| End { number, s }));
+            }
             let splatting = if splatted > 0 { light.steps() } else { &[] };
             for (s, y) in (1..).zip(splatting) {
                 let samples = self.evaluated.multiplicity(Strategy { s: s as u32, t: 1 });
                 for k in 0..samples {
-                    samplers.lens.start(Block::repeated(s as u32 - 1, number * samples + k));
+                    samplers.lens.start(Block::repeated(s as u32 - 1, branch * samples + k));
                     if lens.put_lens_towards(scene, &y.vertex.point, samplers.lens) {
                         let path = JoinedPath::inner(scene, lens.steps(), light, s, anywhere);
-                        self.consider(path, || samplers.lens.next_1d(), sink);
+                        self.consider(path, 1.0, || samplers.lens.next_1d(), sink);
                     }
                 }
             }
         }
-        if unit.splats == Splats::Yes {
+        if splats == Splats::Yes {
             for _ in 0..self.evaluated.area() {
                 for n in 1..=self.evaluated.max_depth() {
-                    self.consider(area::draw(scene, n, drawn, samplers.connection), || 0.0, sink);
+                    self.consider(area::draw(scene, n, drawn, samplers.connection), 1.0, || 0.0, sink);
                 }
             }
         }
-        let Some(raster) = unit.camera.filter(|_| self.walks_from_camera()) else { return };
+    }
+
+    /// The second half of a pixel's sample: walks its camera subpaths, joins them with lights and with the light subpaths that `scratch`
+    /// has by every strategy of the table, and deposits.
+    ///
+    /// A connection's ray is traced only where something can arrive, and before the path is weighed: V of the connecting edge
+    /// is in the other strategies' densities, and what is blocked needs no weight.
+    #[inline(always)]
+    pub fn estimate_from_camera<S: Sampler>(
+        &self,
+        scene: &Scene,
+        raster: Raster,
+        scratch: &mut Scratch,
+        samplers: &mut Samplers<'_, S>,
+        sink: &mut impl Sink,
+    ) {
+        if !self.walks_from_camera() {
+            return;
+        }
+        let Scratch { camera, lights, walked, ends, .. } = scratch;
         let vertices = self.evaluated.camera_vertices();
         let of_each = scene.lights().next_event_samples();
+        // A connection to an end: with each once, or with some that are chosen among all of a tile's, of which each stands for its share.
+        let shared = self.evaluated.shared_light_vertices();
+        let (connections, share) = match shared {
+            None => (ends.len() as u32, 1.0),
+            Some(_) if ends.is_empty() => (0, 1.0),
+            Some(SharedLightVertices { each, of_a_path }) => (each, ends.len() as f32 / (*walked as f32 * of_a_path)),
+        };
         for branch in 0..self.evaluated.splits() {
             // What all branches of a split subpath have in common is joined once.
             let joined = if branch == 0 {
@@ -413,7 +376,7 @@ impl Integrator {
             for t in joined + 1..=camera.steps().len() {
                 let prefix = &camera.steps()[..t];
                 for _ in 0..self.evaluated.multiplicity(Strategy { s: 0, t: t as u32 }) {
-                    self.consider(JoinedPath::hit(scene, prefix, raster), || 0.0, sink);
+                    self.consider(JoinedPath::hit(scene, prefix, raster), 1.0, || 0.0, sink);
                 }
                 let z = &prefix[t - 1].vertex.point;
                 if !z.bsdf.has_continuous() {
@@ -429,45 +392,64 @@ impl Integrator {
                     if let Some((point, pdf)) = sampled {
                         let end = Step::next_event(point, pdf);
                         let path = JoinedPath::next_event(scene, prefix, &end, raster);
-                        self.consider(path, || samplers.connection.next_1d(), sink);
+                        self.consider(path, 1.0, || samplers.connection.next_1d(), sink);
                     }
                 }
-                for number in 0..light_paths {
-                    let light = &lights[number as usize];
-                    for s in 2..=light.steps().len() {
-                        for _ in 0..self.evaluated.multiplicity(Strategy { s: s as u32, t: t as u32 }) {
-                            let chance = || {
-                                let block = Block::connection(s as u32, t as u32, number);
-                                samplers.connection.start(block.of_branch(branch));
-                                samplers.connection.next_1d()
-                            };
-                            self.consider(JoinedPath::inner(scene, prefix, light, s, raster), chance, sink);
-                        }
+                for k in 0..connections {
+                    let chosen = if shared.is_some() {
+                        samplers.connection.start(Block::chosen_end(t as u32, k).of_branch(branch));
+                        (samplers.connection.next_1d() * ends.len() as f32) as usize
+                    } else {
+                        k as usize
+                    };
+                    // Rounding may lead past the last.
+                    let End { number, s } = ends[chosen.min(ends.len() - 1)];
+                    for _ in 0..self.evaluated.multiplicity(Strategy { s, t: t as u32 }) {
+                        let chance = || {
+                            if shared.is_none() {
+                                samplers.connection.start(Block::connection(s, t as u32, number).of_branch(branch));
+                            }
+                            samplers.connection.next_1d()
+                        };
+                        let path = JoinedPath::inner(scene, prefix, &lights[number as usize], s as usize, raster);
+                        self.consider(path, share, chance, sink);
                     }
                 }
             }
         }
     }
 
-    /// Weighs and deposits a path, if it contributes anything and nothing blocks it. `chance` is a number for roulette.
+    /// Whether the pixels of a tile have their light subpaths in common, so that the first half of all comes before the second of any.
+    #[inline]
+    pub fn shares_light_vertices(&self) -> bool {
+        self.evaluated.shared_light_vertices().is_some()
+    }
+
+    /// Weighs and deposits a path, if it contributes anything and nothing blocks it. It stands for `times` paths; `chance` is a number for
+    /// roulette.
     #[inline(always)]
-    fn consider(&self, path: Option<JoinedPath<'_>>, chance: impl FnOnce() -> f32, sink: &mut impl Sink) {
+    fn consider(
+        &self,
+        path: Option<JoinedPath<'_>>,
+        mut times: f32,
+        chance: impl FnOnce() -> f32,
+        sink: &mut impl Sink,
+    ) {
         let Some(path) = path.filter(|path| path.contribution() != Rgb::ZERO) else { return };
-        let mut per_survival = 1.0;
         if path.strategy().s > 0 {
             if let Some(roulette) = &self.connections
-                && self.tentative(&path) < roulette.threshold
+                && times * self.tentative(&path) < roulette.threshold
             {
                 if chance() < roulette.end {
                     sink.spared_ray();
                     return;
                 }
-                per_survival = mistake!(1.0 / (1.0 - roulette.end), TentativeUndivided => 1.0);
+                times *= mistake!(1.0 / (1.0 - roulette.end), TentativeUndivided => 1.0);
             }
             sink.shadow_ray();
         }
         let Some(path) = path.seen() else { return };
-        let value = path.contribution() * (self.share(&path) * per_survival);
+        let value = path.contribution() * (self.share(&path) * times);
         if value == Rgb::ZERO {
             return;
         }
@@ -505,4 +487,12 @@ pub struct Samplers<'a, S> {
     pub connection: &'a mut S,
     /// For the lens points that light subpaths are connected to.
     pub lens: &'a mut S,
+}
+
+impl<'a, S> Samplers<'a, S> {
+    /// Those of all [streams](crate::sampling::Stream), in their order.
+    #[inline(always)]
+    pub fn of([camera, light, connection, lens]: &'a mut [S; 4]) -> Self {
+        Self { camera, light, connection, lens }
+    }
 }

@@ -52,6 +52,7 @@ mistakes! {
     TentativeUndivided "tentative-undivided" "A connection that survives roulette is not divided by its probability.";
     SplitsUncounted "splits-uncounted" "The parts of a split subpath count as one sample.";
     FairTree "fair-tree" "The density of a light from the tree is that of fair turns.";
+    SharedVerticesUndivided "shared-vertices-undivided" "Connections to chosen light vertices count as if each subpath had one.";
     RouletteInDensities "roulette-in-densities" "Roulette's survival probability stands in a density of one side.";
     PointsShown "points-shown" "(1,1) shows point lights and suns.";
     BothSidesAsOne "both-sides-as-one" "The density of a two-sided emitter's directions is that of one side.";

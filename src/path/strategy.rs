@@ -66,6 +66,7 @@ pub struct Techniques {
     splits: u32,
     /// Light subpaths that go with a pixel; strategies with s ≥ 2 or t = 1 have that many samples.
     light_paths: u32,
+    shared: Option<SharedLightVertices>,
     /// Area samples per light subpath for each length of paths.
     area: u32,
     light_vertices: LightVertices,
@@ -93,6 +94,7 @@ impl Techniques {
             directions: Directions::Bsdf,
             splits: 1,
             light_paths: 1,
+            shared: None,
             area: 0,
             light_vertices: LightVertices { connected: 0, splatted: 0 },
             camera_vertices: 0,
@@ -114,8 +116,18 @@ impl Techniques {
     fn with_entries(&self, multiplicity: Vec<u32>) -> Self {
         let side = self.max_depth + 2;
         let split = mistake!(self.splits, SplitsUncounted => 1) as f32;
+        let connections = match self.shared {
+            None => self.light_paths as f32,
+            Some(SharedLightVertices { each, of_a_path }) => {
+                each as f32 / mistake!(of_a_path, SharedVerticesUndivided => 1.0)
+            }
+        };
         let subpaths = |s: u32, t: u32| {
-            let from_light = if s >= 2 || t == 1 { self.light_paths as f32 } else { 1.0 };
+            let from_light = match (s, t) {
+                (_, 1) => self.light_paths as f32,
+                (0 | 1, _) => 1.0,
+                _ => connections,
+            };
             from_light
                 * match t {
                     1 => self.light_subpaths as f32,
@@ -173,6 +185,21 @@ impl Techniques {
     #[must_use]
     pub fn with_light_paths(&self, light_paths: u32) -> Self {
         Self { light_paths, ..self.clone() }.with_entries(self.multiplicity.clone())
+    }
+
+    /// The same table with connections from each camera vertex to `each` light vertices, chosen uniformly among all that many light
+    /// subpaths have, `of_a_path` each in the mean (Davidovič et al. 2014, *Progressive Light Transport Simulation on the GPU*, section 4):
+    /// n_{s≥2,t≥2} are `each`/`of_a_path` times N_c, however many light subpaths there are.
+    #[must_use]
+    pub fn with_light_vertices(&self, each: u32, of_a_path: f32) -> Self {
+        Self { shared: Some(SharedLightVertices { each, of_a_path }), ..self.clone() }
+            .with_entries(self.multiplicity.clone())
+    }
+
+    /// How camera vertices are connected to light vertices that are not their own pixel's, if they are.
+    #[inline]
+    pub fn shared_light_vertices(&self) -> Option<SharedLightVertices> {
+        self.shared
     }
 
     /// How many light subpaths go with a pixel.
@@ -266,6 +293,15 @@ impl Techniques {
     pub fn camera_vertices(&self) -> u32 {
         self.camera_vertices
     }
+}
+
+/// See [`Techniques::with_light_vertices`].
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SharedLightVertices {
+    /// Connections of a camera vertex.
+    pub each: u32,
+    /// Light vertices that can be connected to, of one light subpath in the mean.
+    pub of_a_path: f32,
 }
 
 /// See [`Techniques::light_vertices`].

@@ -105,6 +105,11 @@ impl Block {
         Self { number: n << 18 | s << 9 | t, kind: Kind::Padded(1 << 31) }
     }
 
+    /// Which light vertex of its tile p_{t−1} is connected to, the `n`-th time; and what decides on that.
+    pub const fn chosen_end(t: u32, n: u32) -> Self {
+        Self { number: n << 9 | t, kind: Kind::Padded(1 << 30) }
+    }
+
     /// The `n`-th of several samples that are taken for the same purpose.
     pub const fn repeated(number: u32, n: u32) -> Self {
         if n == 0 { Self::joint(number) } else { Self { number, kind: Kind::Padded(n) } }

@@ -35,7 +35,9 @@ fn every_thread_count_writes_the_same_bytes() {
         let options = ["--light-samples", "2", "--lights", "tree", "--splits", "2"];
         let roulette = ["--roulette", "throughput:2", "--connection-roulette", "0.5,50%"];
         let more = if integrator == "light" { &roulette[..] } else { &[options.as_slice(), &roulette].concat() };
-        for more in [&[][..], more] {
+        let shared = ["--light-vertices", "2", "--light-paths", "2"];
+        let shared = if integrator == "bdpt" { &shared[..] } else { &[] };
+        for more in [&[][..], more, shared] {
             let usual = ["--spp", "4", "-i", integrator, "--threads"];
             let with = |threads| run.image("a.exr", &[&usual[..], &[threads], more].concat());
             let one = with("1");
@@ -69,6 +71,7 @@ fn what_changes_pixels_changes_the_file() {
         &["--spp", "2", "--splits", "2"],
         &["--spp", "2", "--rays", "2"],
         &["--spp", "2", "--light-paths", "2"],
+        &["--spp", "2", "--light-vertices", "2"],
         &["--spp", "2", "--lights", "uniform"],
         &["--spp", "2", "--lights", "all"],
         &["--spp", "2", "--lights", "tree"],
@@ -94,6 +97,7 @@ fn options_without_a_use_are_refused() {
         (&["-i", "area", "--light-samples", "2"], "one sample of each length"),
         (&["-i", "light", "--rays", "2"], "no rays at the first surface"),
         (&["-i", "path", "--light-paths", "2"], "no paths from lights"),
+        (&["-i", "hybrid", "--light-vertices", "2"], "connects no vertices of light paths"),
         (&["--rays", "2", "--splits", "2"], "cannot be used with"),
         (&["--preset", "direct", "--paths", "C.L"], "cannot be used with"),
         (&["--preset", "direct", "--min-depth", "3"], "no path has 3 edges"),

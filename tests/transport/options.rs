@@ -137,6 +137,53 @@ fn several_light_paths_change_no_image() {
     }
 }
 
+#[test]
+fn every_path_is_as_defined_with_chosen_light_vertices() {
+    let scene = scenes::zoo(scenes::square(32, Filter::BlackmanHarris));
+    let integrator = Integrator::new(IntegratorKind::Bdpt, scene.camera.sensor(), 7, Roulette::FromDepth(3));
+    let integrator = integrator.with_splits(2).with_light_vertices(&scene, 3);
+    identity::assert_identity_of("zoo bdpt with three light vertices", &scene, integrator, 2);
+}
+
+#[test]
+fn chosen_light_vertices_change_no_image() {
+    for (name, scene) in [("courtyard", courtyard()), ("zoo", scenes::zoo(scenes::square(16, Filter::Box)))] {
+        let choose = |each: u32| move |settings: &mut Settings| settings.light_vertices = Some(each);
+        let with_all = |settings: &mut Settings| {
+            (settings.light_vertices, settings.light_paths, settings.splits) = (Some(2), 2, 2);
+            settings.connection_roulette = Some(RelativeRoulette { threshold: 0.5, end: 0.5 });
+        };
+        let variants = [
+            Variant::new("its own", &scene, IntegratorKind::Bdpt, |_| ()),
+            Variant::new("one", &scene, IntegratorKind::Bdpt, choose(1)),
+            Variant::new("four", &scene, IntegratorKind::Bdpt, choose(4)),
+            Variant::new("with all else", &scene, IntegratorKind::Bdpt, with_all),
+        ];
+        assert_same_image(&format!("{name}-light-vertices"), &variants);
+    }
+}
+
+/// A crop shows what the whole image shows there, though its tiles share light vertices with what lies outside.
+#[test]
+fn chosen_light_vertices_are_the_same_in_a_crop() {
+    let scene = scenes::zoo(scenes::square(32, Filter::Box));
+    let sensor = scene.camera.sensor();
+    let crop = pathspace::film::Crop { x0: 5, y0: 3, x1: 21, y1: 11 };
+    let image = |crop| {
+        let settings = Settings { light_vertices: Some(2), max_depth: 5, crop, ..Settings::new(sensor) };
+        let mut renderer = Renderer::new(&scene, &settings);
+        (0..2).for_each(|_| renderer.pass());
+        renderer.film().image(2)
+    };
+    let (whole, part) = (image(pathspace::film::Crop::full(sensor)), image(crop));
+    for y in crop.y0..crop.y1 {
+        for x in crop.x0..crop.x1 {
+            let at = ((y - crop.y0) * (crop.x1 - crop.x0) + x - crop.x0) as usize;
+            assert_eq!(part.pixels[at], whole.pixels[(y * sensor.width + x) as usize], "pixel {x} {y}");
+        }
+    }
+}
+
 /// With one camera ray a pixel, N parts bring the noise of direct light by directions down by N.
 #[test]
 fn parts_are_independent_samples() {

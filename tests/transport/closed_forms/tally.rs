@@ -2,10 +2,10 @@
 
 use glam::DVec3;
 use pathspace::{
-    integrator::{Integrator, IntegratorKind, Samplers, Sink, Splats, Unit},
+    integrator::{Connects, Integrator, IntegratorKind, LightHalf, Samplers, Sink, Splats},
     math::Rgb,
     path::{JoinedPath, Roulette},
-    sampling::{Independent, Sampler, Stream},
+    sampling::{Independent, Sampler},
     scene::{Scene, camera::Raster},
     statistics::{Comparison, Estimate, Regions},
 };
@@ -135,17 +135,13 @@ fn pass(scene: &Scene, integrator: &Integrator, seed: u64, passes: std::ops::Ran
     let mut scratch = integrator.scratch();
     for pass in passes {
         for (x, y) in (0..sensor.height).flat_map(|y| (0..sensor.width).map(move |x| (x, y))) {
-            let sampler = |stream| Independent::new(seed, y << 16 | x, pass, stream);
-            let mut camera = sampler(Stream::Camera);
-            let raster = Raster(glam::Vec2::new(x as f32, y as f32) + camera.next_2d());
-            let mut samplers = Samplers {
-                camera: &mut camera,
-                light: &mut sampler(Stream::Light),
-                connection: &mut sampler(Stream::Connection),
-                lens: &mut sampler(Stream::Lens),
-            };
-            let unit = Unit { camera: Some(raster), splats: Splats::Yes };
-            integrator.estimate(scene, unit, &mut scratch, &mut samplers, sink);
+            let mut streams = Independent::streams(seed, y << 16 | x, pass);
+            let samplers = &mut Samplers::of(&mut streams);
+            let raster = Raster(glam::Vec2::new(x as f32, y as f32) + samplers.camera.next_2d());
+            let all = LightHalf { connects: Connects::Yes, splats: Splats::Yes };
+            scratch.start_over();
+            integrator.estimate_from_light(scene, all, &mut scratch, samplers, sink);
+            integrator.estimate_from_camera(scene, raster, &mut scratch, samplers, sink);
         }
     }
 }
