@@ -30,7 +30,7 @@ use crate::{
     },
     layers::Layers,
     math::Rgb,
-    path::{Densities, JoinedPath, Roulette, Strategy, Technique},
+    path::{Densities, JoinedPath, Roulette, Step, Strategy, Technique},
     sampling::{Block, Filter, Independent, Sampler, SamplerKind, Sobol},
     scene::{
         Scene,
@@ -113,6 +113,15 @@ impl Settings {
             clamp: None,
             background: Background::Shown,
         }
+    }
+}
+
+impl Settings {
+    /// How many bytes of light subpaths a thread keeps at most: of one pixel, or of a tile whose pixels share their vertices.
+    pub fn light_subpath_memory(&self) -> u64 {
+        let pixels = if self.light_vertices.is_some() { PaddedImage::TILE.pow(2) } else { 1 };
+        let steps = u64::from(pixels) * u64::from(self.light_paths) * u64::from(self.max_depth);
+        steps * size_of::<Step>() as u64
     }
 }
 

@@ -75,10 +75,12 @@ pub(super) fn describe(loaded: &Loaded) -> String {
 /// `1,234 triangles, 2 spheres, 5 lights`, with the triangles of instances counted in each.
 pub(super) fn counts(scene: &Scene) -> String {
     let geometry = scene.geometry();
-    let (triangles, spheres) = (geometry.triangle_count(), geometry.sphere_count());
+    let count = |n: u64, what: &str| format!("{n} {what}{}", if n == 1 { "" } else { "s" });
     format!(
-        "{triangles} triangles, {spheres} spheres, {} lights (each emissive triangle is one)",
-        scene.lights().all().len()
+        "{}, {}, {} (each emissive triangle is one)",
+        count(geometry.triangle_count(), "triangle"),
+        count(geometry.sphere_count().into(), "sphere"),
+        count(scene.lights().all().len() as u64, "light")
     )
 }
 

@@ -42,6 +42,8 @@ const MOST_FOR_NOISE: u32 = 1 << 16;
 const DEFAULT_WIDTH: u32 = 512;
 /// From one vertex to lights: nobody waits for more.
 const MOST_RAYS: u64 = 1 << 20;
+/// Beyond this the light paths of a tile are no longer what a thread should keep.
+const MOST_LIGHT_SUBPATHS: u64 = 256 << 20;
 /// Besides the film's sums: the image, two halves while the noise is estimated, and the files before they are written.
 const IMAGE_BYTES_PER_PIXEL: u64 = 52;
 /// The same of the alpha channel.
@@ -75,6 +77,13 @@ pub(super) fn run(args: &RenderArgs) -> Result<Exit, Failure> {
     let sensor = camera::sensor(&args.size, DEFAULT_WIDTH, args.filter.padding(), &opened.view);
     let settings = settings(args, crop(args, sensor)?, only);
     check_memory(args, &settings)?;
+    let of_a_thread = settings.light_subpath_memory();
+    if of_a_thread > MOST_LIGHT_SUBPATHS {
+        return Err(Failure::usage(format!(
+            "--light-vertices would keep {} MB of light paths for each thread: fewer --light-paths, or a lower --max-depth",
+            of_a_thread >> 20
+        )));
+    }
     let (view, shown, scene_hash) = (opened.view.clone(), opened.shown, opened.loaded.hash.clone());
     let (scene, environment) = opened.into_scene(&args.scene, sensor, terminal)?;
     let lights = args.paths.lights.unwrap_or_else(|| args.integrator.choice_among(scene.lights()));

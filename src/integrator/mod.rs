@@ -312,9 +312,9 @@ impl Integrator {
             *walked += 1;
             light.walk_from_light(scene, branch, connected.max(splatted), self.roulette, samplers.light);
             sink.walked(Transport::Importance, light.steps().len().saturating_sub(1));
-            if connected > 0 {
-                ends.extend(connectible(light.steps()).map(|s| End { number, s }));
-            }
+            let steps = light.steps();
+            let joined = &steps[..steps.len().min(connected as usize)];
+            ends.extend(connectible(joined).map(|s| End { number, s }));
             let splatting = if splatted > 0 { light.steps() } else { &[] };
             for (s, y) in (1..).zip(splatting) {
                 let samples = self.evaluated.multiplicity(Strategy { s: s as u32, t: 1 });

@@ -4,12 +4,7 @@ use std::ops::BitAnd;
 
 use crate::{
     path::{Densities, JoinedPath},
-    scene::{
-        Scene,
-        bsdf::ScatterEvent,
-        light::{Light, LightId},
-        point::Point,
-    },
+    scene::{Scene, bsdf::ScatterEvent, light::Light, point::Point},
     text::one_line,
 };
 
@@ -184,7 +179,7 @@ impl Tags {
             symbols[i as usize] = self.symbol(kind, path.point(i));
         }
         let end = path.point(n as u32);
-        let light = end.light.map_or(Kind::Surface, |LightId(id)| Kind::of_light(&scene.lights().all()[id as usize]));
+        let light = end.light.map_or(Kind::Surface, |id| Kind::of_light(scene.lights().get(id)));
         symbols[n] = self.symbol(light, end);
         n + 1
     }

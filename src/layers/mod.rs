@@ -21,7 +21,7 @@ use crate::{
     integrator::Integrator,
     math::Rgb,
     path::{Densities, Heuristic, JoinedPath, Strategy, Technique, Techniques},
-    scene::{Scene, light::LightId},
+    scene::Scene,
 };
 
 /// Sets of layers that are there ready-made.
@@ -207,8 +207,8 @@ impl Layers {
                     }
                 }
                 Sorting::Light(layer_of) => {
-                    if let Some(LightId(id)) = path.point(path.edges()).light {
-                        add(layer_of[id as usize] as usize);
+                    if let Some(id) = path.point(path.edges()).light {
+                        add(layer_of[id.index()] as usize);
                     }
                 }
                 Sorting::Strategy(index) => add(index.of(path.technique()).unwrap_or(own.len() - 1)),

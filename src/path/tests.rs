@@ -239,3 +239,9 @@ fn weights_of_the_definition_sum_to_one() {
         assert_close(sum, 1.0);
     }
 }
+
+/// Two cache lines; what a walk knows of it besides is half as much.
+#[test]
+fn a_vertex_takes_128_bytes() {
+    assert_eq!((size_of::<Vertex>(), size_of::<crate::path::Step>()), (128, 192));
+}

@@ -21,7 +21,7 @@ pub(super) struct Pixel {
 
 impl PaddedImage {
     /// Side of the square that one task renders: long enough to hide the cost of a task, short enough to balance threads.
-    const TILE: u32 = 16;
+    pub(super) const TILE: u32 = 16;
 
     /// The numbers of the tiles.
     pub(super) fn tiles(self) -> Range<u32> {

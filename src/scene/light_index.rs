@@ -43,13 +43,13 @@ impl LightIndex {
             };
             let instance = &mut index.instances[number as usize];
             if instance.first == NONE {
-                instance.first = light.0;
+                instance.first = light.index() as u32;
             }
             let ranks = &mut index.ranks[instance.mesh as usize];
             if ranks.is_empty() {
                 ranks.resize(geometry.mesh(geometry.mesh_of(number)).len() as usize, NONE);
             }
-            ranks[primitive.index() as usize] = light.0 - instance.first;
+            ranks[primitive.index() as usize] = light.index() as u32 - instance.first;
         }
         index
     }
@@ -63,6 +63,6 @@ impl LightIndex {
             return None;
         }
         let rank = self.ranks[mesh as usize][primitive.index() as usize];
-        (rank != NONE).then(|| LightId(first + rank))
+        (rank != NONE).then(|| LightId::new(first + rank))
     }
 }

@@ -97,6 +97,7 @@ fn options_without_a_use_are_refused() {
         (&["-i", "area", "--light-samples", "2"], "one sample of each length"),
         (&["-i", "light", "--rays", "2"], "no rays at the first surface"),
         (&["-i", "path", "--light-paths", "2"], "no paths from lights"),
+        (&["--light-vertices", "2", "--light-paths", "1024"], "MB of light paths for each thread"),
         (&["-i", "hybrid", "--light-vertices", "2"], "connects no vertices of light paths"),
         (&["--rays", "2", "--splits", "2"], "cannot be used with"),
         (&["--preset", "direct", "--paths", "C.L"], "cannot be used with"),

@@ -229,7 +229,7 @@ pub(super) fn html(facts: &Facts<'_>, report: &Report, json: &Value) -> io::Resu
                 } } }
                 h2 { "Error against time and samples" }
                 p { @for (i, one) in report.measured.iter().enumerate() { (dot(i)) (one.kind) " \u{2003}" }
-                    span.soft { "thin: the power law that fits" @if noise.is_some() { "; grey: the reference's own noise, below which nothing can be told" } } }
+                    span.soft { "thin: the power law that fits" @if noise.is_some() { "; grey, where all pixels count: the reference's own noise, below which nothing can be told" } } }
                 div."grid plots" { @for plot in &plots { figure { (PreEscaped(plot)) } } }
                 h2 { "Efficiency" }
                 (efficiencies(report))

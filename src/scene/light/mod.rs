@@ -16,7 +16,7 @@ mod tests;
 #[cfg(test)]
 mod tree_tests;
 
-use std::{collections::HashMap, f32::consts::FRAC_1_PI, sync::Arc};
+use std::{collections::HashMap, f32::consts::FRAC_1_PI, num::NonZeroU32, sync::Arc};
 
 use glam::{Vec2, Vec3};
 
@@ -43,8 +43,24 @@ pub const BRIGHTEST: f32 = 1e30;
 
 /// The index of a light: every triangle or sphere that emits is one, in every instance, and so is every point light, spot, sun
 /// and environment.
+///
+/// It is kept as the index's successor, so that a point's `Option<LightId>` takes four bytes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct LightId(pub u32);
+pub struct LightId(NonZeroU32);
+
+impl LightId {
+    /// The light of this index, below `u32::MAX`.
+    #[inline]
+    pub fn new(index: u32) -> Self {
+        Self(NonZeroU32::MIN.saturating_add(index))
+    }
+
+    /// Its place among [`Lights::all`].
+    #[inline]
+    pub fn index(self) -> usize {
+        self.0.get() as usize - 1
+    }
+}
 
 /// A source of light.
 #[derive(Clone, Debug)]
@@ -132,7 +148,7 @@ impl Lights {
             .filter_map(|primitive| emitter(geometry, materials, primitive, detail, &mut maps));
         let lights: Vec<_> = emitters.chain(others.iter().cloned()).collect();
         let mut environments =
-            (0..).map(LightId).zip(&lights).filter(|(_, l)| l.kind() == Kind::Environment).map(|(i, _)| i);
+            (0..).map(LightId::new).zip(&lights).filter(|(_, l)| l.kind() == Kind::Environment).map(|(i, _)| i);
         let environment = environments.next();
         assert!(environments.next().is_none(), "a scene has at most one environment");
         let (center, radius) = match geometry.bounds() {
@@ -169,12 +185,12 @@ impl Lights {
     /// The light `id`.
     #[inline(always)]
     pub fn get(&self, id: LightId) -> &Light {
-        &self.lights[id.0 as usize]
+        &self.lights[id.index()]
     }
 
     /// The id of every area light with its primitive.
     pub fn area_lights(&self) -> impl Iterator<Item = (LightId, PrimitiveId)> {
-        (0..).map(LightId).zip(&self.lights).filter_map(|(id, l)| match l {
+        (0..).map(LightId::new).zip(&self.lights).filter_map(|(id, l)| match l {
             Light::Area { primitive, .. } => Some((id, *primitive)),
             _ => None,
         })
@@ -260,7 +276,7 @@ impl Lights {
     ) -> Option<(Point, PdfArea)> {
         let (id, choice) = match &self.next_event {
             NextEvent::Power => {
-                (!self.is_empty()).then(|| self.choice.sample(u.z)).map(|(i, p)| (LightId(i as u32), p))?
+                (!self.is_empty()).then(|| self.choice.sample(u.z)).map(|(i, p)| (LightId::new(i as u32), p))?
             }
             _ => self.choose_at(from, u.z, nth)?,
         };
@@ -284,7 +300,7 @@ impl Lights {
     #[inline(always)]
     pub fn pdf_position(&self, point: &Point) -> PdfArea {
         let Some(id) = point.light else { return PdfArea::ZERO };
-        self.pdf_on(id, point, mistake!(self.choice.probability(id.0 as usize), NoLightChoice => 1.0))
+        self.pdf_on(id, point, mistake!(self.choice.probability(id.index()), NoLightChoice => 1.0))
     }
 
     /// The density of `point` on the light `id`, which is chosen with the probability `choice`.
@@ -362,7 +378,7 @@ impl Lights {
 
     #[inline(always)]
     fn choose(&self, u: f32) -> Option<LightId> {
-        (!self.is_empty()).then(|| LightId(self.choice.sample(u).0 as u32))
+        (!self.is_empty()).then(|| LightId::new(self.choice.sample(u).0 as u32))
     }
 
     #[inline(always)]

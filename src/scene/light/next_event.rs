@@ -37,16 +37,17 @@ impl Lights {
         self.next_event = match choice {
             LightChoice::All => NextEvent::All,
             LightChoice::Uniform => {
-                let emits = |i| if self.emits(LightId(i)) { 1.0 } else { 0.0 };
+                let emits = |i| if self.emits(LightId::new(i)) { 1.0 } else { 0.0 };
                 NextEvent::Uniform(Discrete::new(&(0..self.lights.len() as u32).map(emits).collect::<Vec<_>>()))
             }
             LightChoice::Power => NextEvent::Power,
             LightChoice::Tree => {
-                let placed = (0..).map(LightId).zip(&self.lights).filter(|(id, _)| self.emits(*id));
+                let placed = (0..).map(LightId::new).zip(&self.lights).filter(|(id, _)| self.emits(*id));
                 let bounded = placed.filter_map(|(id, l)| Some((id, LightBounds::of(l, geometry, l.brightness())?)));
                 let bounded: Vec<_> = bounded.collect();
-                let mut others: Vec<_> = (0..self.lights.len()).map(|i| self.choice_of(LightId(i as u32))).collect();
-                let taken = bounded.iter().map(|(id, _)| f64::from(std::mem::take(&mut others[id.0 as usize])));
+                let mut others: Vec<_> =
+                    (0..self.lights.len()).map(|i| self.choice_of(LightId::new(i as u32))).collect();
+                let taken = bounded.iter().map(|(id, _)| f64::from(std::mem::take(&mut others[id.index()])));
                 let share = (taken.sum::<f64>() as f32).min(1.0);
                 match LightTree::new(bounded, self.lights.len()) {
                     Some(tree) => NextEvent::Tree(Box::new(ByTree { tree, share, others: Discrete::new(&others) })),
@@ -59,7 +60,7 @@ impl Lights {
     /// The choice with the least noise in the same time: by the tree where it has something to choose from.
     pub fn suitable_choice(&self) -> LightChoice {
         let placed = |id: &LightId| self.emits(*id) && self.get(*id).has_a_place();
-        let several = (0..self.lights.len() as u32).map(LightId).filter(placed).nth(2).is_some();
+        let several = (0..self.lights.len() as u32).map(LightId::new).filter(placed).nth(2).is_some();
         if several { LightChoice::Tree } else { LightChoice::Power }
     }
 
@@ -86,7 +87,7 @@ impl Lights {
 
     /// The probability of the light by kind and power.
     pub(super) fn choice_of(&self, id: LightId) -> f32 {
-        if self.is_empty() { 0.0 } else { self.choice.probability(id.0 as usize) }
+        if self.is_empty() { 0.0 } else { self.choice.probability(id.index()) }
     }
 
     /// Chooses a light by every rule but power, with its probability. Out of line: scenes with two lights would pay for it in the size of
@@ -94,9 +95,9 @@ impl Lights {
     #[inline(never)]
     pub(super) fn choose_at(&self, from: &Point, u: f32, nth: u32) -> Option<(LightId, f32)> {
         let by = match &self.next_event {
-            NextEvent::All => return Some((LightId(nth), 1.0)).filter(|(id, _)| self.emits(*id)),
+            NextEvent::All => return Some((LightId::new(nth), 1.0)).filter(|(id, _)| self.emits(*id)),
             NextEvent::Uniform(lights) => {
-                return (!lights.is_empty()).then(|| lights.sample(u)).map(|(i, p)| (LightId(i as u32), p));
+                return (!lights.is_empty()).then(|| lights.sample(u)).map(|(i, p)| (LightId::new(i as u32), p));
             }
             NextEvent::Power => return self.choose(u).map(|id| (id, self.choice_of(id))),
             NextEvent::Tree(by) => by,
@@ -110,7 +111,7 @@ impl Lights {
             self.choose(below_one((u - by_tree) / DESPITE_TREE))?
         } else {
             let begin = by_tree + DESPITE_TREE;
-            LightId(by.others.sample(below_one((u - begin) / (1.0 - begin))).0 as u32)
+            LightId::new(by.others.sample(below_one((u - begin) / (1.0 - begin))).0 as u32)
         };
         Some((id, self.by_tree(by, from, id)))
     }
@@ -130,7 +131,7 @@ impl Lights {
         let Some(id) = point.light.filter(|id| self.emits(*id)) else { return PdfArea::ZERO };
         let choice = match &self.next_event {
             NextEvent::All => 1.0,
-            NextEvent::Uniform(lights) => lights.probability(id.0 as usize),
+            NextEvent::Uniform(lights) => lights.probability(id.index()),
             NextEvent::Tree(by) => self.by_tree(by, from, id),
             NextEvent::Power => self.choice_of(id),
         };

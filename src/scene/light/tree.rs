@@ -260,7 +260,7 @@ impl LightTree {
         let mut open = vec![(root, 0_u64, 0)];
         while let Some((content, way, depth)) = open.pop() {
             match content {
-                Content::Light(id) => ways[id.0 as usize] = Way::Turns(way),
+                Content::Light(id) => ways[id.index()] = Way::Turns(way),
                 Content::Halves(i) => {
                     let turns = halves[i as usize].iter().zip([0_u64, 1]);
                     open.extend(
@@ -297,7 +297,7 @@ impl LightTree {
 
     /// The probability of choosing the light `id` at `from`; `None` if it is not in the tree.
     pub fn probability(&self, from: &Point, id: LightId) -> Option<f32> {
-        let Way::Turns(mut way) = self.ways[id.0 as usize] else { return None };
+        let Way::Turns(mut way) = self.ways[id.index()] else { return None };
         let at = Receiver::at(from);
         let (mut content, mut probability) = (self.root, 1.0);
         while let Content::Halves(i) = content {

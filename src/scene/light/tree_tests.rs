@@ -84,9 +84,9 @@ fn lights_are_chosen_as_often_as_their_probability_says() {
                 let (id, p) = lights.choose_at(&from, u, 0).expect("there are lights");
                 let expected = probability(&lights, &from, id);
                 assert!((f64::from(p) / expected - 1.0).abs() < 1e-5, "{choice}: {p} {expected}");
-                found[id.0 as usize] += 1;
+                found[id.index()] += 1;
             }
-            let all: Vec<_> = (0..n as u32).map(|i| probability(&lights, &from, LightId(i))).collect();
+            let all: Vec<_> = (0..n as u32).map(|i| probability(&lights, &from, LightId::new(i))).collect();
             let sum: f64 = all.iter().sum();
             assert!((sum - 1.0).abs() < 1e-4, "{choice}: Σ = {sum}");
             for (i, (p, found)) in all.iter().zip(found).enumerate() {
@@ -108,7 +108,7 @@ fn a_sample_of_each_light_has_the_density_of_all() {
     let from = receivers().next().unwrap();
     let mut black = 0;
     for nth in 0..lights.next_event_samples() {
-        let id = LightId(nth);
+        let id = LightId::new(nth);
         match lights.sample_next_event(&geometry, &materials, &from, Vec3::splat(0.4), nth) {
             Some((point, pdf)) => {
                 assert_eq!(point.light, Some(id));
@@ -159,8 +159,8 @@ fn clusters_promise_enough() {
     let (geometry, materials, others) = strewn();
     let lights = Lights::new(&geometry, &materials, &others);
     let bounds = |id: u32| {
-        let light = lights.get(LightId(id));
-        LightBounds::of(light, &geometry, light.brightness()).filter(|_| lights.emits(LightId(id)))
+        let light = lights.get(LightId::new(id));
+        LightBounds::of(light, &geometry, light.brightness()).filter(|_| lights.emits(LightId::new(id)))
     };
     let mut random = Independent::new(13, 0, 0, Stream::Connection);
     let mut checked = 0;
@@ -168,10 +168,10 @@ fn clusters_promise_enough() {
         for id in 0..lights.all().len() as u32 {
             let Some(own) = bounds(id) else { continue };
             let other = bounds((id * 7 + 3) % 60).expect("a triangle");
-            let p = lights.sample_position(&geometry, &materials, LightId(id), random.next_2d());
+            let p = lights.sample_position(&geometry, &materials, LightId::new(id), random.next_2d());
             let to = p.position - from.position;
             let w = to.normalize();
-            let intensity = match lights.get(LightId(id)) {
+            let intensity = match lights.get(LightId::new(id)) {
                 Light::Area { area, .. } if p.place == Place::Surface && id >= 60 => 0.25 * area,
                 Light::Area { area, .. } => area * p.normal.dot(w).abs(),
                 _ => 1.0,
