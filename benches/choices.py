@@ -4,7 +4,7 @@
     cargo build --release
     python3 benches/choices.py scenes/cornell-box.glb '-i bdpt' '-i bdpt --light-vertices 2'
 
-Renders all in turn, round after round, each for the same time (or the same samples, with --spp); efficiency is 1/(relMSE · seconds), all
+Renders all in turn, round after round, each for the same time (or with the same samples, by --spp, or with its own, by --spp among its options); efficiency is 1/(relMSE · seconds), all
 pixels and without the worst 0.1 %, as `pathspace compare` has them. Medians over the rounds. The reference is the first set's, for --reference
 seconds, with a seed of its own: what is its own noise counts against all alike. Needs nothing besides Python.
 """
@@ -47,7 +47,8 @@ def main():
         measured = {options: [] for options in args.options}
         for round_ in range(args.rounds):
             for options in args.options:
-                seconds = render(options, amount, 1 + round_, image)
+                own_amount = [] if "--spp" in options else amount
+                seconds = render(options, own_amount, 1 + round_, image)
                 measured[options].append((seconds, *errors()))
 
     def median(options):

@@ -117,7 +117,8 @@ impl Rivals {
         let count = |t: u32| effective_count(path, Strategy { s: n + 1 - t, t }, techniques);
         let per_own = 1.0 / count(t);
         let near = |t: u32| share(count(t), per_own);
-        let further = |sum: f32| if sum > 0.0 { exponent.of(share(self.unit, per_own)) * sum } else { 0.0 };
+        let further =
+            |sum: f32| if sum > 0.0 { (exponent.of(share(self.unit, per_own)) * sum).min(f32::MAX) } else { 0.0 };
         let range = techniques.range(n);
         let up = |i: u32| path.camera_density(i).0 / path.light_density(i).0;
         let down = |i: u32| path.light_density(i).0 / path.camera_density(i).0;
