@@ -40,7 +40,7 @@ pub fn killers(mistake: Mistake) -> &'static [Test] {
         EmissionTwice | RouletteUndivided | RouletteInDensities | PointsShown => &[ZOO],
         TentativeUndivided => &[Transport("options::roulette_on_connections_changes_no_image")],
         SplitsUncounted => &[Transport("options::split_paths_change_no_image")],
-        SharedVerticesUndivided => &[Transport("options::chosen_light_vertices_change_no_image")],
+        SharedVerticesUndivided => &[COUNTS],
         FairTree => &[Lib("scene::light::tree_tests::lights_are_chosen_as_often_as_their_probability_says")],
         LightsTwice => &[Transport("textures::a_textured_emitter_lights_a_point_as_its_texels_say")],
         NoLightChoice => &[Transport("textures::the_density_over_a_textured_emitter_integrates_to_one")],

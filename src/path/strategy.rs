@@ -331,6 +331,11 @@ mod tests {
         assert_eq!(table.strategies().count(), 2 + 3 + 4);
         assert_eq!(table.light_vertices(), LightVertices { connected: 2, splatted: 3 });
         assert_eq!(table.camera_vertices(), 4);
+        // Three connections for each camera vertex, to what a light subpath has one and a half of.
+        let shared = Techniques::new(SENSOR, 4, |_| 1).with_light_paths(2).with_light_vertices(3, 1.5);
+        assert_eq!(shared.count(Strategy { s: 2, t: 2 }), 60.0);
+        assert_eq!([0, 1].map(|s| shared.count(Strategy { s, t: 2 })), [30.0; 2]);
+        assert_eq!(shared.count(Strategy { s: 2, t: 1 }), 24.0);
         let one = table.only(Strategy { s: 1, t: 2 });
         assert_eq!(one.strategies().collect::<Vec<_>>(), [Strategy { s: 1, t: 2 }]);
         assert_eq!(one.camera_vertices(), 2);
