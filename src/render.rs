@@ -1,7 +1,9 @@
 //! Rendering: passes over the image, spread over threads, that bring integrator and film together.
 
 mod data;
+mod deposit;
 mod padded;
+mod settings;
 mod statistics;
 
 use std::{
@@ -16,114 +18,30 @@ use std::{
 use glam::Vec2;
 use rayon::prelude::*;
 
-use self::padded::{PaddedImage, Pixel};
 pub use self::{
     data::Data,
+    deposit::{Collector, Predicate},
+    settings::{Background, Settings},
     statistics::{Rays, Statistics},
+};
+use self::{
+    deposit::{LayerFilms, TaskSink, ToFilm},
+    padded::{PaddedImage, Pixel},
 };
 
 use crate::{
     film::{Coverage, Crop, Film, FixedPoint, Half, Sums},
     instructions::Instructions,
-    integrator::{
-        Connects, Integrator, IntegratorKind, LightHalf, RelativeRoulette, Samplers, Scratch, Sink, Splats, Weighting,
-    },
+    integrator::{Connects, Integrator, IntegratorKind, LightHalf, Samplers, Scratch, Sink, Splats},
     layers::Layers,
-    math::Rgb,
-    path::{Densities, JoinedPath, Roulette, Step, Strategy, Technique},
-    sampling::{Block, Filter, Independent, Sampler, SamplerKind, Sobol},
+    path::Technique,
+    sampling::{Block, Independent, Sampler, SamplerKind, Sobol},
     scene::{
         Scene,
-        bsdf::{Directions, Transport},
-        camera::{Raster, Sensor},
+        camera::Raster,
         point::{Place, Point},
     },
 };
-
-/// What an image shows where the camera sees no surface.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Background {
-    /// The environment, as any other light.
-    Shown,
-    /// Nothing: the image has an alpha channel ([`Renderer::alpha`]), and the environment lights the scene unseen.
-    Transparent,
-}
-
-/// Everything besides the scene that changes pixels (the number of samples apart).
-#[derive(Clone, Debug)]
-pub struct Settings {
-    /// The integrator.
-    pub integrator: IntegratorKind,
-    /// How [`IntegratorKind::PathHemisphere`] samples directions; of no effect on the others.
-    pub hemisphere: Directions,
-    /// The longest path, in edges.
-    pub max_depth: u32,
-    /// The shortest path, in edges: shorter ones are left out of the image. 1 for all.
-    pub min_depth: u32,
-    /// Next-event samples at each vertex of a camera subpath.
-    pub light_samples: u32,
-    /// Into how many a camera subpath splits at its first surface.
-    pub splits: u32,
-    /// Light subpaths for each pixel.
-    pub light_paths: u32,
-    /// Connections of each vertex of a camera subpath, to light vertices that are chosen among those of a tile; `None` for one with each
-    /// of its own pixel's.
-    pub light_vertices: Option<u32>,
-    /// When Russian roulette may end a subpath.
-    pub roulette: Roulette,
-    /// Russian roulette on connections.
-    pub connection_roulette: Option<RelativeRoulette>,
-    /// The deposits of one strategy only, and how they are weighted.
-    pub only: Option<(Strategy, Weighting)>,
-    /// Where random numbers come from.
-    pub sampler: SamplerKind,
-    /// The seed of all random numbers.
-    pub seed: u64,
-    /// The reconstruction filter. The camera's sensor must have its padding.
-    pub filter: Filter,
-    /// The part of the image to render.
-    pub crop: Crop,
-    /// The largest value per channel of a single contribution, if contributions are clamped (which biases the image).
-    pub clamp: Option<f32>,
-    /// What is behind everything.
-    pub background: Background,
-}
-
-impl Settings {
-    /// The defaults of the command line for an image of `sensor`'s size: bdpt, 16 edges, box filter; but with roulette from
-    /// depth 4, and independent numbers, of which every pass is a replicate. [`IntegratorKind::sampler`] and
-    /// [`IntegratorKind::roulette`] give less noise.
-    pub fn new(sensor: Sensor) -> Self {
-        Self {
-            integrator: IntegratorKind::Bdpt,
-            hemisphere: Directions::Bsdf,
-            max_depth: 16,
-            min_depth: 1,
-            light_samples: 1,
-            splits: 1,
-            light_paths: 1,
-            light_vertices: None,
-            roulette: Roulette::default(),
-            connection_roulette: None,
-            only: None,
-            sampler: SamplerKind::default(),
-            seed: 0,
-            filter: Filter::Box,
-            crop: Crop::full(sensor),
-            clamp: None,
-            background: Background::Shown,
-        }
-    }
-}
-
-impl Settings {
-    /// How many bytes of light subpaths a thread keeps at most: of one pixel, or of a tile whose pixels share their vertices.
-    pub fn light_subpath_memory(&self) -> u64 {
-        let pixels = if self.light_vertices.is_some() { PaddedImage::TILE.pow(2) } else { 1 };
-        let steps = u64::from(pixels) * u64::from(self.light_paths) * u64::from(self.max_depth);
-        steps * size_of::<Step>() as u64
-    }
-}
 
 /// A render in progress: the film and how far it is.
 pub struct Renderer<'a> {
@@ -452,85 +370,4 @@ enum Halves {
     /// The first, of all pixels of a tile before the second of any: these share their light vertices.
     Light,
     Camera,
-}
-
-/// Where the paths of a pass go.
-pub trait Collector {
-    /// A path and its share of one pass, without h_j: see [`Sink::deposit`].
-    fn collect(&mut self, path: &JoinedPath, value: Rgb);
-}
-
-/// The layers with their films.
-struct LayerFilms<'a> {
-    layers: &'a Layers,
-    films: Vec<Film>,
-}
-
-/// See [`Renderer::pass_where`]. Not a type of its own for each predicate: all of the core is compiled for each of them.
-pub type Predicate<'a> = dyn Fn(&JoinedPath) -> bool + Sync + 'a;
-
-/// Brings the paths that are to be kept to the film, and to their layers.
-struct ToFilm<'a> {
-    renderer: &'a Renderer<'a>,
-    half: Half,
-    /// All, where it is `None`.
-    keep: Option<&'a Predicate<'a>>,
-}
-
-impl Collector for ToFilm<'_> {
-    #[inline(always)]
-    fn collect(&mut self, path: &JoinedPath, value: Rgb) {
-        if self.keep.is_none_or(|keep| keep(path)) {
-            self.renderer.film.deposit(path.raster(), value, self.half);
-            if let Some(LayerFilms { layers, films }) = &self.renderer.layers {
-                layers.deposit(self.renderer.scene, path, value, self.half, films);
-            }
-        }
-    }
-}
-
-/// Brings the paths of one task to their collector.
-struct TaskSink<'a, C> {
-    renderer: &'a Renderer<'a>,
-    rays: Rays,
-    spared: u64,
-    collector: C,
-}
-
-impl<C: Collector> Sink for TaskSink<'_, C> {
-    #[inline(always)]
-    fn deposit(&mut self, path: &JoinedPath, value: Rgb) {
-        let settings = self.renderer.settings;
-        if path.edges() < settings.min_depth || (self.renderer.coverage.is_some() && path.shows_background()) {
-            return;
-        }
-        let value = match settings.clamp {
-            Some(most) => value.min(Rgb::splat(most)),
-            None => value,
-        };
-        self.collector.collect(path, value);
-    }
-
-    #[cold]
-    fn reject(&mut self, path: &JoinedPath, _value: Rgb) {
-        *self.renderer.rejected.lock().unwrap_or_else(|e| e.into_inner()).entry(path.technique()).or_default() += 1;
-    }
-
-    #[inline]
-    fn shadow_ray(&mut self) {
-        self.rays.visibility += 1;
-    }
-
-    #[inline]
-    fn spared_ray(&mut self) {
-        self.spared += 1;
-    }
-
-    #[inline]
-    fn walked(&mut self, transport: Transport, rays: usize) {
-        match transport {
-            Transport::Radiance => self.rays.camera += rays as u64,
-            Transport::Importance => self.rays.light += rays as u64,
-        }
-    }
 }

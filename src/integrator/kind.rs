@@ -144,3 +144,27 @@ impl FromStr for IntegratorKind {
         })
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use glam::Vec3;
+
+    use super::*;
+    use crate::{
+        math::Rgb,
+        path::Strategy,
+        scene::{geometry::Geometry, light::Light},
+    };
+
+    #[test]
+    fn only_next_event_estimation_has_a_use_for_the_tree() {
+        let point = |x| Light::Point { position: x * Vec3::X, intensity: Rgb::ONE };
+        let lights = Lights::new(&Geometry::default(), &[], &[1.0, 2.0, 3.0].map(point));
+        for kind in IntegratorKind::ALL {
+            let table = kind.table(Sensor { width: 1, height: 1, padding: 0 }, 2);
+            let samples_lights = table.multiplicity(Strategy { s: 1, t: 2 }) > 0;
+            let expected = if samples_lights { LightChoice::Tree } else { LightChoice::Power };
+            assert_eq!(kind.choice_among(&lights), expected, "{kind}");
+        }
+    }
+}

@@ -1,8 +1,9 @@
-//! Integrators: each a table of techniques and a weight rule. The estimator below is the same for all of them.
+//! Integrators: each a table of techniques and a weight rule. The estimator is the same for all of them.
 
 mod area;
 mod bdpt;
 mod connection_roulette;
+mod estimator;
 mod hybrid;
 mod kind;
 mod light;
@@ -11,20 +12,14 @@ mod path_hemisphere;
 mod path_light;
 
 pub use connection_roulette::{ConnectionRoulette, RelativeRoulette};
+pub use estimator::{Connects, LightHalf, Samplers, Scratch, Sink, Splats};
 pub use kind::IntegratorKind;
 
+use self::estimator::connectible;
 use crate::{
-    math::{Rgb, luminance},
-    path::{
-        Densities, Heuristic, JoinedPath, LightVertices, Rivals, Roulette, SharedLightVertices, Step, Strategy,
-        Subpath, Technique, Techniques,
-    },
-    sampling::{Block, Independent, Sampler, Stream},
-    scene::{
-        Scene,
-        bsdf::{Directions, Transport},
-        camera::{Raster, Sensor},
-    },
+    path::{Densities, Heuristic, JoinedPath, Rivals, Roulette, Strategy, Subpath, Technique, Techniques},
+    sampling::{Independent, Sampler, Stream},
+    scene::{Scene, bsdf::Directions, camera::Sensor},
 };
 
 /// How the deposits of a single strategy are weighted.
@@ -146,16 +141,7 @@ impl Integrator {
     /// w of a path that this integrator's own walks have found.
     #[inline(always)]
     pub fn weight(&self, path: &JoinedPath) -> f32 {
-        match &self.rivals {
-            Some(rivals) => path.running_weight(&self.weighed, rivals),
-            None => self.whole_weight(path),
-        }
-    }
-
-    /// The weight summed over the whole table. Out of line, since no table of [`IntegratorKind`] needs it for long paths.
-    #[inline(never)]
-    fn whole_weight(&self, path: &JoinedPath) -> f32 {
-        path.mis_weight(&self.weighed, self.heuristic)
+        path.weight(&self.weighed, self.heuristic, self.rivals.as_ref())
     }
 
     /// Whether the table has a strategy that could find this path: the integrator's coverage, path by path.
@@ -180,319 +166,5 @@ impl Integrator {
     #[inline]
     pub fn walks_from_camera(&self) -> bool {
         self.evaluated.camera_vertices() > 0
-    }
-
-    /// Storage for this integrator's subpaths, one per thread.
-    pub fn scratch(&self) -> Scratch {
-        let LightVertices { connected, splatted } = self.evaluated.light_vertices();
-        let rivals = self.rivals.as_ref();
-        let light = Subpath::with_capacity(connected.max(splatted))
-            .summing(rivals.map(|rivals| rivals.light.clone()).unwrap_or_default());
-        let light_paths = self.evaluated.light_paths() as usize;
-        Scratch {
-            camera: Subpath::with_capacity(self.evaluated.camera_vertices().max(1))
-                .sampling(self.evaluated.directions())
-                .summing(rivals.map(|rivals| rivals.camera.clone()).unwrap_or_default()),
-            lights: vec![light; light_paths],
-            walked: 0,
-            ends: Vec::with_capacity(light_paths * connected as usize),
-            lens: Subpath::with_capacity(1),
-            drawn: Vec::new(),
-        }
-    }
-}
-
-/// The subpaths of one thread.
-#[derive(Clone, Debug)]
-pub struct Scratch {
-    camera: Subpath,
-    /// Those of a pixel, or those of all its pixels so far where a tile shares them; `walked` are in use.
-    lights: Vec<Subpath>,
-    walked: usize,
-    /// Their vertices that a camera subpath can be connected to.
-    ends: Vec<End>,
-    lens: Subpath,
-    drawn: Vec<Step>,
-}
-
-impl Scratch {
-    /// Forgets the light subpaths.
-    #[inline]
-    pub fn start_over(&mut self) {
-        self.walked = 0;
-        self.ends.clear();
-    }
-}
-
-/// The last vertex of a prefix of a light subpath.
-#[derive(Clone, Copy, Debug)]
-struct End {
-    /// Which light subpath.
-    number: u32,
-    s: u32,
-}
-
-/// The s ≥ 2 whose vertex may be connected to.
-#[inline(always)]
-fn connectible(light: &[Step]) -> impl Iterator<Item = u32> {
-    (1..).zip(light).skip(1).filter(|(_, y)| y.vertex.point.bsdf.has_continuous()).map(|(s, _)| s)
-}
-
-/// What becomes of the paths that are found.
-pub trait Sink {
-    /// A path and its share w F/(n p) of one pass, without h_j: the value to spread around `path.raster()`.
-    /// It is finite and not negative.
-    fn deposit(&mut self, path: &JoinedPath, value: Rgb);
-
-    /// A contribution that is not finite or negative, and so has no place in an image: to be counted, never dropped silently.
-    fn reject(&mut self, path: &JoinedPath, value: Rgb);
-
-    /// A connection's ray was traced.
-    fn shadow_ray(&mut self) {}
-
-    /// Roulette ended a connection before its ray.
-    fn spared_ray(&mut self) {}
-
-    /// A subpath was walked, from the camera (radiance) or from a light (importance), with this many rays.
-    fn walked(&mut self, _transport: Transport, _rays: usize) {}
-}
-
-/// What the light subpaths of a pixel of the padded image are for.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct LightHalf {
-    /// Whether camera subpaths are going to be connected to them.
-    pub connects: Connects,
-    /// Whether they are among the N_l that splat.
-    pub splats: Splats,
-}
-
-/// See [`LightHalf::connects`].
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Connects {
-    /// A pixel with camera subpaths, or of a tile that shares light vertices.
-    Yes,
-    /// A pixel outside the crop.
-    No,
-}
-
-/// See [`LightHalf::splats`].
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Splats {
-    /// A pixel of the image: its light subpath is connected to the lens.
-    Yes,
-    /// A pixel of the padding, whose light subpath only serves its own camera subpath.
-    No,
-}
-
-impl Integrator {
-    /// The first half of a pixel's sample: walks its light subpaths, beside those that `scratch` has, and deposits by the strategies that
-    /// need no camera subpath.
-    #[inline(always)]
-    pub fn estimate_from_light<S: Sampler>(
-        &self,
-        scene: &Scene,
-        LightHalf { connects, splats }: LightHalf,
-        scratch: &mut Scratch,
-        samplers: &mut Samplers<'_, S>,
-        sink: &mut impl Sink,
-    ) {
-        let LightVertices { connected, splatted } = self.evaluated.light_vertices();
-        let connected = if connects == Connects::Yes { connected } else { 0 };
-        let splatted = if splats == Splats::Yes { splatted } else { 0 };
-        let Scratch { lights, walked, ends, lens, drawn, .. } = scratch;
-        let anywhere = Raster(glam::Vec2::ZERO);
-        let light_paths = if connected.max(splatted) > 0 { self.evaluated.light_paths() } else { 0 };
-        for branch in 0..light_paths {
-            if *walked == lights.len() {
-                // Only the first tile that is shared gets here.
-                lights.extend_from_within(..1);
-            }
-            let number = *walked as u32;
-            let light = &mut lights[*walked];
-            *walked += 1;
-            light.walk_from_light(scene, branch, connected.max(splatted), self.roulette, samplers.light);
-            sink.walked(Transport::Importance, light.steps().len().saturating_sub(1));
-            let steps = light.steps();
-            let joined = &steps[..steps.len().min(connected as usize)];
-            ends.extend(connectible(joined).map(|s| End { number, s }));
-            let splatting = if splatted > 0 { light.steps() } else { &[] };
-            for (s, y) in (1..).zip(splatting) {
-                let samples = self.evaluated.multiplicity(Strategy { s: s as u32, t: 1 });
-                for k in 0..samples {
-                    samplers.lens.start(Block::repeated(s as u32 - 1, branch * samples + k));
-                    if lens.put_lens_towards(scene, &y.vertex.point, samplers.lens) {
-                        let path = JoinedPath::inner(scene, lens.steps(), light, s, anywhere);
-                        self.consider(path, 1.0, || samplers.lens.next_1d(), sink);
-                    }
-                }
-            }
-        }
-        if splats == Splats::Yes {
-            for _ in 0..self.evaluated.area() {
-                for n in 1..=self.evaluated.max_depth() {
-                    self.consider(area::draw(scene, n, drawn, samplers.connection), 1.0, || 0.0, sink);
-                }
-            }
-        }
-    }
-
-    /// The second half of a pixel's sample: walks its camera subpaths, joins them with lights and with the light subpaths that `scratch`
-    /// has by every strategy of the table, and deposits.
-    ///
-    /// A connection's ray is traced only where something can arrive, and before the path is weighed: V of the connecting edge
-    /// is in the other strategies' densities, and what is blocked needs no weight.
-    #[inline(always)]
-    pub fn estimate_from_camera<S: Sampler>(
-        &self,
-        scene: &Scene,
-        raster: Raster,
-        scratch: &mut Scratch,
-        samplers: &mut Samplers<'_, S>,
-        sink: &mut impl Sink,
-    ) {
-        if !self.walks_from_camera() {
-            return;
-        }
-        let Scratch { camera, lights, walked, ends, .. } = scratch;
-        let vertices = self.evaluated.camera_vertices();
-        let of_each = scene.lights().next_event_samples();
-        // A connection to an end: with each once, or with some that are chosen among all of a tile's, of which each stands for its share.
-        let shared = self.evaluated.shared_light_vertices();
-        let (connections, share) = match shared {
-            None => (ends.len() as u32, 1.0),
-            Some(_) if ends.is_empty() => (0, 1.0),
-            Some(SharedLightVertices { each, of_a_path }) => (each, ends.len() as f32 / (*walked as f32 * of_a_path)),
-        };
-        for branch in 0..self.evaluated.splits() {
-            // What all branches of a split subpath have in common is joined once.
-            let joined = if branch == 0 {
-                camera.walk_from_camera(scene, raster, vertices, self.roulette, samplers.camera);
-                1
-            } else {
-                camera.walk_again(scene, branch, vertices, self.roulette, samplers.camera);
-                2
-            };
-            sink.walked(Transport::Radiance, camera.steps().len().saturating_sub(joined));
-            for t in joined + 1..=camera.steps().len() {
-                let prefix = &camera.steps()[..t];
-                for _ in 0..self.evaluated.multiplicity(Strategy { s: 0, t: t as u32 }) {
-                    self.consider(JoinedPath::hit(scene, prefix, raster), 1.0, || 0.0, sink);
-                }
-                let z = &prefix[t - 1].vertex.point;
-                if !z.bsdf.has_continuous() {
-                    continue;
-                }
-                let samples = of_each * self.evaluated.multiplicity(Strategy { s: 1, t: t as u32 });
-                let mut nth = 0;
-                for k in 0..samples {
-                    samplers.connection.start(Block::repeated(t as u32 - 2, branch * samples + k));
-                    let u = samplers.connection.next_3d();
-                    let sampled = scene.sample_next_event(z, u, nth);
-                    nth = if nth + 1 == of_each { 0 } else { nth + 1 };
-                    if let Some((point, pdf)) = sampled {
-                        let end = Step::next_event(point, pdf);
-                        let path = JoinedPath::next_event(scene, prefix, &end, raster);
-                        self.consider(path, 1.0, || samplers.connection.next_1d(), sink);
-                    }
-                }
-                for k in 0..connections {
-                    let chosen = if shared.is_some() {
-                        samplers.connection.start(Block::chosen_end(t as u32, k).of_branch(branch));
-                        (samplers.connection.next_1d() * ends.len() as f32) as usize
-                    } else {
-                        k as usize
-                    };
-                    // Rounding may lead past the last.
-                    let End { number, s } = ends[chosen.min(ends.len() - 1)];
-                    for _ in 0..self.evaluated.multiplicity(Strategy { s, t: t as u32 }) {
-                        let chance = || {
-                            if shared.is_none() {
-                                samplers.connection.start(Block::connection(s, t as u32, number).of_branch(branch));
-                            }
-                            samplers.connection.next_1d()
-                        };
-                        let path = JoinedPath::inner(scene, prefix, &lights[number as usize], s as usize, raster);
-                        self.consider(path, share, chance, sink);
-                    }
-                }
-            }
-        }
-    }
-
-    /// Whether the pixels of a tile have their light subpaths in common, so that the first half of all comes before the second of any.
-    #[inline]
-    pub fn shares_light_vertices(&self) -> bool {
-        self.evaluated.shared_light_vertices().is_some()
-    }
-
-    /// Weighs and deposits a path, if it contributes anything and nothing blocks it. It stands for `times` paths; `chance` is a number for
-    /// roulette.
-    #[inline(always)]
-    fn consider(
-        &self,
-        path: Option<JoinedPath<'_>>,
-        mut times: f32,
-        chance: impl FnOnce() -> f32,
-        sink: &mut impl Sink,
-    ) {
-        let Some(path) = path.filter(|path| path.contribution() != Rgb::ZERO) else { return };
-        if path.strategy().s > 0 {
-            if let Some(roulette) = &self.connections
-                && times * self.tentative(&path) < roulette.threshold
-            {
-                if chance() < roulette.end {
-                    sink.spared_ray();
-                    return;
-                }
-                times *= mistake!(1.0 / (1.0 - roulette.end), TentativeUndivided => 1.0);
-            }
-            sink.shadow_ray();
-        }
-        let Some(path) = path.seen() else { return };
-        let value = path.contribution() * (self.share(&path) * times);
-        if value == Rgb::ZERO {
-            return;
-        }
-        if value.is_finite() && value.min_element() >= 0.0 {
-            sink.deposit(&path, value);
-        } else {
-            sink.reject(&path, value);
-        }
-    }
-}
-
-impl Integrator {
-    /// w/n: what a path that was found deposits of F/p.
-    #[inline(always)]
-    fn share(&self, path: &JoinedPath<'_>) -> f32 {
-        self.weight(path) / self.weighed.samples(path.technique())
-    }
-
-    /// What the path would contribute to its pixel if nothing were in the way, luminance: w F/(n p) with V = 1. Out of line, since it is
-    /// asked for with roulette on connections alone.
-    #[inline(never)]
-    fn tentative(&self, path: &JoinedPath<'_>) -> f32 {
-        luminance(path.contribution()) * self.share(path)
-    }
-}
-
-/// The sequences of random numbers of one sample, so that none shifts another.
-#[derive(Debug)]
-pub struct Samplers<'a, S> {
-    /// For the camera subpath.
-    pub camera: &'a mut S,
-    /// For the light subpath.
-    pub light: &'a mut S,
-    /// For the connections.
-    pub connection: &'a mut S,
-    /// For the lens points that light subpaths are connected to.
-    pub lens: &'a mut S,
-}
-
-impl<'a, S> Samplers<'a, S> {
-    /// Those of all [streams](crate::sampling::Stream), in their order.
-    #[inline(always)]
-    pub fn of([camera, light, connection, lens]: &'a mut [S; 4]) -> Self {
-        Self { camera, light, connection, lens }
     }
 }

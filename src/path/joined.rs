@@ -153,29 +153,29 @@ impl<'a> JoinedPath<'a> {
         self.camera[self.camera.len() - 1].beta * self.joint.value * light * self.joint.visibility
     }
 
-    /// w of the technique that found the path. Area sampling shares with nobody.
-    #[inline(always)]
+    /// w of the technique that found the path, summed over the whole table. Area sampling shares with nobody.
     pub fn mis_weight(&self, techniques: &Techniques, heuristic: Heuristic) -> f32 {
-        match self.technique {
-            Technique::Bidirectional(strategy) => {
-                let weight = mis_weight(self, strategy, techniques, heuristic);
-                mistake!(weight, EmissionTwice => if strategy.s == 0 { 1.0 } else { weight })
-            }
-            Technique::Area => 1.0,
-        }
+        self.weight(techniques, heuristic, None)
     }
 
-    /// The same by the running sums that the subpaths have from walks that [sum](Subpath::summing) these rivals.
+    /// The same; by the running sums that the subpaths have, where their walks [sum](Subpath::summing) these rivals.
     #[inline(always)]
-    pub fn running_weight(&self, techniques: &Techniques, rivals: &Rivals) -> f32 {
-        let further = |steps: &[Step]| if let [.., last, _, _] = steps { last.rivals } else { 0.0 };
-        match self.technique {
-            Technique::Bidirectional(strategy) => {
-                let weight = rivals.weight(self, strategy, techniques, [self.camera, self.light].map(further));
-                mistake!(weight, EmissionTwice => if strategy.s == 0 { 1.0 } else { weight })
+    pub fn weight(&self, techniques: &Techniques, heuristic: Heuristic, rivals: Option<&Rivals>) -> f32 {
+        let Technique::Bidirectional(strategy) = self.technique else { return 1.0 };
+        let weight = match rivals {
+            Some(rivals) => {
+                let before = |steps: &[Step]| if let [.., last, _, _] = steps { last.rivals } else { 0.0 };
+                rivals.weight(self, strategy, techniques, [before(self.camera), before(self.light)])
             }
-            Technique::Area => 1.0,
-        }
+            None => self.whole_weight(strategy, techniques, heuristic),
+        };
+        mistake!(weight, EmissionTwice => if strategy.s == 0 { 1.0 } else { weight })
+    }
+
+    /// Out of line, since no integrator that a person can choose needs it for long paths.
+    #[inline(never)]
+    fn whole_weight(&self, strategy: Strategy, techniques: &Techniques, heuristic: Heuristic) -> f32 {
+        mis_weight(self, strategy, techniques, heuristic)
     }
 
     /// The path with V of its connecting edge, which costs a ray; `None` if nothing passes. All other edges were found by rays,

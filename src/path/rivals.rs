@@ -83,7 +83,7 @@ impl Rivals {
             Heuristic::FirstSupported => return None,
         };
         let longest = table.max_depth() + 1;
-        let unit = table.subpaths();
+        let unit = table.camera_subpaths();
         let same_for_all = |mut counts: Vec<f32>| {
             let first = counts.pop().unwrap_or(0.0);
             counts.iter().all(|count| *count == first).then_some(first / unit)

@@ -66,6 +66,7 @@ pub struct Techniques {
     splits: u32,
     /// Light subpaths that go with a pixel; strategies with s ≥ 2 or t = 1 have that many samples.
     light_paths: u32,
+    /// Instead, of the strategies with s ≥ 2 and t ≥ 2.
     shared: Option<SharedLightVertices>,
     /// Area samples per light subpath for each length of paths.
     area: u32,
@@ -188,7 +189,7 @@ impl Techniques {
     }
 
     /// The same table with connections from each camera vertex to `each` light vertices, chosen uniformly among all that many light
-    /// subpaths have, `of_a_path` each in the mean (Davidovič et al. 2014, *Progressive Light Transport Simulation on the GPU*, section 4):
+    /// subpaths have, `of_a_path` each in the mean (Davidovič et al. 2014, *Progressive Light Transport Simulation on the GPU*):
     /// n_{s≥2,t≥2} are `each`/`of_a_path` times N_c, however many light subpaths there are.
     #[must_use]
     pub fn with_light_vertices(&self, each: u32, of_a_path: f32) -> Self {
@@ -238,7 +239,7 @@ impl Techniques {
 
     /// N_c, what the entries with t ≥ 2 count in multiples of.
     #[inline]
-    pub fn subpaths(&self) -> f32 {
+    pub fn camera_subpaths(&self) -> f32 {
         self.camera_subpaths as f32
     }
 

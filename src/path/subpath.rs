@@ -57,7 +57,7 @@ pub struct Step {
     /// The product of roulette's survival probabilities so far: in the estimate, not in any density.
     pub survival: f32,
     /// What the strategies that connect before this vertex have against one that connects further on: see
-    /// [`Rivals`](super::Rivals). Known at the same time as `pdf_rev`.
+    /// [`Rivals`](super::Rivals). Known, as `pdf_rev` is, once the walk has gone two vertices further.
     pub rivals: f32,
 }
 
@@ -272,8 +272,7 @@ impl Subpath {
         let (position, direction, choose) = (sampler.next_2d(), sampler.next_2d(), sampler.next_1d());
         let Some(emission) = scene.sample_emission(choose, position, direction) else { return };
         let p = emission.point;
-        let hittable = p.light.is_some_and(|id| scene.lights().is_hittable(id));
-        self.hittable = f32::from(hittable);
+        self.hittable = f32::from(p.light.is_some_and(|id| scene.lights().is_hittable(id)));
         self.push(Step::first(p, emission.pdf_position));
         let leaves = emission.pdf_direction > PdfSolidAngle::ZERO && p.alpha > 0.0;
         if vertices == 1 || !leaves {
@@ -317,7 +316,9 @@ impl Subpath {
         sampler.start(Block::scattering(self.len as u32 - 1).of_branch(way.branch));
         let u = sampler.next_3d();
         let survive = sampler.next_1d();
-        self.scatter(way, u, survive)
+        let departure = self.scatter(way, u, survive)?;
+        self.sum_rivals();
+        Some(departure)
     }
 
     /// Adds the vertex that the departing ray reaches. False if it leaves the scene.
@@ -371,19 +372,25 @@ impl Subpath {
         });
     }
 
-    /// Of the last vertex but one: how many times the edge towards it counts as one that can be connected, and the running sum up to there.
+    /// Adds to the running sum of the last vertex but one, now that its other-side density is known.
     #[inline(always)]
-    fn before_last(&self) -> (f32, f32) {
-        match self.steps() {
-            // p_n alone: what hits it. From the camera there is no such rival.
-            [_, _] => (self.hittable, 0.0),
-            [.., from, to, _] if !(from.vertex.is_delta() || to.vertex.is_delta()) => {
-                // The edge to p_n is that of next-event estimation.
-                (if self.len == 3 { self.next_event_ratio } else { 1.0 }, from.rivals)
-            }
-            [.., from, _, _] => (0.0, from.rivals),
-            _ => (0.0, 0.0),
+    fn sum_rivals(&mut self) {
+        if self.rivals.is_empty() {
+            return;
         }
+        // How many times the edge towards it counts as one that can be connected, and the sum up to there.
+        let (connects, before) = match self.steps() {
+            // p_n alone: what hits it. The camera's table has no such count.
+            [_, _] => (self.hittable, 0.0),
+            // The edge to p_n is that of next-event estimation; the camera's first has the ratio 1.
+            [from, to, _] if !to.vertex.is_delta() => (self.next_event_ratio, from.rivals),
+            [.., from, to, _] if !(from.vertex.is_delta() || to.vertex.is_delta()) => (1.0, from.rivals),
+            [.., from, _, _] => (0.0, from.rivals),
+            _ => return,
+        };
+        let j = self.len - 2;
+        let Step { pdf_fwd, pdf_rev, .. } = self.room[j];
+        self.room[j].rivals = self.rivals.next(j, pdf_rev.0 / pdf_fwd.0, connects, before);
     }
 
     /// Samples how the walk leaves its last vertex, and fills in what that decides: the vertex's lobe and its
@@ -391,17 +398,12 @@ impl Subpath {
     #[inline(always)]
     fn scatter(&mut self, Way { transport, roulette, .. }: Way, u: Vec3, survive: f32) -> Option<Departure> {
         let edges = self.len as u32 - 1;
-        let (connects, further) = self.before_last();
         let [.., before, here] = &mut self.room[..self.len] else { return None };
         let known = here.back.direction;
         let sample = here.vertex.sample(self.directions, known, transport, u)?;
         here.vertex.lobe = sample.lobe;
         let (fwd, rev) = sample.scatter.forward_reverse(transport);
         before.pdf_rev = rev.to_area(&here.back);
-        if !self.rivals.is_empty() {
-            before.rivals =
-                self.rivals.next(edges as usize - 1, before.pdf_rev.0 / before.pdf_fwd.0, connects, further);
-        }
 
         let p = &here.vertex.point;
         let cos = mistake!(p.normal, ShadingCosine => p.shading_normal).dot(sample.direction).abs();

@@ -64,10 +64,10 @@ fn the_lecture_names_code_that_is_there() {
         ("src/path/strategy.rs", "pub fn with_splits"),
         ("src/scene/light/tree.rs", "struct LightTree"),
         ("src/scene/mod.rs", "pub fn spread_radiance"),
-        ("src/integrator/mod.rs", "fn consider("),
+        ("src/integrator/estimator.rs", "fn consider("),
         ("src/scene/light/choice.rs", "fn by_kind_and_power"),
         ("src/scene/mod.rs", "pub fn trace("),
-        ("src/integrator/mod.rs", "pub fn estimate"),
+        ("src/integrator/estimator.rs", "pub fn estimate_from_camera"),
         ("src/path/definition.rs", "pub fn geometry_term"),
     ] {
         assert!(source(file).contains(function), "{function} in {file}");

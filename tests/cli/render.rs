@@ -36,8 +36,8 @@ fn every_thread_count_writes_the_same_bytes() {
         let roulette = ["--roulette", "throughput:2", "--connection-roulette", "0.5,50%"];
         let more = if integrator == "light" { &roulette[..] } else { &[options.as_slice(), &roulette].concat() };
         let shared = ["--light-vertices", "2", "--light-paths", "2"];
-        let shared = if integrator == "bdpt" { &shared[..] } else { &[] };
-        for more in [&[][..], more, shared] {
+        let all = [&[][..], more, &shared];
+        for more in if integrator == "bdpt" { &all[..] } else { &all[..2] } {
             let usual = ["--spp", "4", "-i", integrator, "--threads"];
             let with = |threads| run.image("a.exr", &[&usual[..], &[threads], more].concat());
             let one = with("1");

@@ -1,6 +1,7 @@
 //! Options that change how an image is estimated and not what it is: choices among lights, splitting, roulette.
 
 use pathspace::{
+    film::Crop,
     integrator::{Integrator, IntegratorKind, RelativeRoulette},
     path::{JoinedPath, Roulette},
     render::{Renderer, Settings},
@@ -171,14 +172,14 @@ fn chosen_light_vertices_change_no_image() {
 fn chosen_light_vertices_are_the_same_in_a_crop() {
     let scene = scenes::zoo(scenes::square(32, Filter::Box));
     let sensor = scene.camera.sensor();
-    let crop = pathspace::film::Crop { x0: 5, y0: 3, x1: 21, y1: 11 };
+    let crop = Crop { x0: 5, y0: 3, x1: 21, y1: 11 };
     let image = |crop| {
         let settings = Settings { light_vertices: Some(2), max_depth: 5, crop, ..Settings::new(sensor) };
         let mut renderer = Renderer::new(&scene, &settings);
         (0..2).for_each(|_| renderer.pass());
         renderer.film().image(2)
     };
-    let (whole, part) = (image(pathspace::film::Crop::full(sensor)), image(crop));
+    let (whole, part) = (image(Crop::full(sensor)), image(crop));
     for y in crop.y0..crop.y1 {
         for x in crop.x0..crop.x1 {
             let at = ((y - crop.y0) * (crop.x1 - crop.x0) + x - crop.x0) as usize;

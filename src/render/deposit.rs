@@ -1,0 +1,92 @@
+//! Where the paths of a pass go: to the film and its layers, or to a collector of one's own.
+
+use super::{Rays, Renderer};
+use crate::{
+    film::{Film, Half},
+    integrator::Sink,
+    layers::Layers,
+    math::Rgb,
+    path::{Densities, JoinedPath},
+    scene::bsdf::Transport,
+};
+
+/// Where the paths of a pass go.
+pub trait Collector {
+    /// A path and its share of one pass, without h_j: see [`Sink::deposit`].
+    fn collect(&mut self, path: &JoinedPath, value: Rgb);
+}
+
+/// The layers with their films.
+pub(super) struct LayerFilms<'a> {
+    pub(super) layers: &'a Layers,
+    pub(super) films: Vec<Film>,
+}
+
+/// See [`Renderer::pass_where`]. Not a type of its own for each predicate: all of the core is compiled for each of them.
+pub type Predicate<'a> = dyn Fn(&JoinedPath) -> bool + Sync + 'a;
+
+/// Brings the paths that are to be kept to the film, and to their layers.
+pub(super) struct ToFilm<'a> {
+    pub(super) renderer: &'a Renderer<'a>,
+    pub(super) half: Half,
+    /// All, where it is `None`.
+    pub(super) keep: Option<&'a Predicate<'a>>,
+}
+
+impl Collector for ToFilm<'_> {
+    #[inline(always)]
+    fn collect(&mut self, path: &JoinedPath, value: Rgb) {
+        if self.keep.is_none_or(|keep| keep(path)) {
+            self.renderer.film.deposit(path.raster(), value, self.half);
+            if let Some(LayerFilms { layers, films }) = &self.renderer.layers {
+                layers.deposit(self.renderer.scene, path, value, self.half, films);
+            }
+        }
+    }
+}
+
+/// Brings the paths of one task to their collector.
+pub(super) struct TaskSink<'a, C> {
+    pub(super) renderer: &'a Renderer<'a>,
+    pub(super) rays: Rays,
+    pub(super) spared: u64,
+    pub(super) collector: C,
+}
+
+impl<C: Collector> Sink for TaskSink<'_, C> {
+    #[inline(always)]
+    fn deposit(&mut self, path: &JoinedPath, value: Rgb) {
+        let settings = self.renderer.settings;
+        if path.edges() < settings.min_depth || (self.renderer.coverage.is_some() && path.shows_background()) {
+            return;
+        }
+        let value = match settings.clamp {
+            Some(most) => value.min(Rgb::splat(most)),
+            None => value,
+        };
+        self.collector.collect(path, value);
+    }
+
+    #[cold]
+    fn reject(&mut self, path: &JoinedPath, _value: Rgb) {
+        *self.renderer.rejected.lock().unwrap_or_else(|e| e.into_inner()).entry(path.technique()).or_default() += 1;
+    }
+
+    #[inline]
+    fn shadow_ray(&mut self) {
+        self.rays.visibility += 1;
+    }
+
+    #[inline]
+    fn spared_ray(&mut self) {
+        self.spared += 1;
+    }
+
+    #[inline]
+    fn walked(&mut self, transport: Transport, rays: usize) {
+        match transport {
+            Transport::Radiance => self.rays.camera += rays as u64,
+            Transport::Importance => self.rays.light += rays as u64,
+        }
+    }
+}
