@@ -299,7 +299,7 @@ impl<'a> Renderer<'a> {
         let u = if camera.has_aperture() { sampler.next_2d() } else { Vec2::ZERO };
         let lens = camera.sample_lens(raster, u);
         let sky = Point { place: Place::Infinite, ..Point::nowhere(camera.direction(&lens, raster)) };
-        1.0 - self.scene.visible(&lens, &sky)
+        1.0 - self.scene.visible_from_camera(&lens, &sky)
     }
 
     /// Whether a camera sample in `pixel` can reach the crop through the filter.

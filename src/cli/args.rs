@@ -16,7 +16,7 @@ use super::{
 use crate::{
     film::Crop,
     integrator::{IntegratorKind, RelativeRoulette},
-    io::{Limits, LoadOptions, Outside},
+    io::{Limits, LoadOptions, Outside, Required},
     layers::Expression,
     path::{Roulette, Strategy},
     sampling::{Filter, SamplerKind},
@@ -229,6 +229,10 @@ pub(super) struct SceneArgs {
     #[arg(long, value_name = "EFFORT", default_value = BuildEffort::default().name(), value_parser = values::effort())]
     pub(super) build: BuildEffort,
 
+    /// Hide the back faces of single-sided materials from the camera, as rasterizers do; mirrors, light and shadows still meet them
+    #[arg(long)]
+    pub(super) cull_backfaces: bool,
+
     #[command(flatten)]
     pub(super) environment: EnvironmentArgs,
 
@@ -247,6 +251,10 @@ pub(super) struct LoadArgs {
     /// Follow paths in the scene file that lead out of its folder
     #[arg(long)]
     allow_outside: bool,
+
+    /// Read a file although it requires a material extension that is not supported: its materials will look wrong
+    #[arg(long)]
+    ignore_required: bool,
 }
 
 impl LoadArgs {
@@ -263,7 +271,8 @@ impl LoadArgs {
     /// How to read a file of which this scene is wanted.
     pub(super) fn options<'a>(&self, scene: Option<&'a str>) -> LoadOptions<'a> {
         let outside = if self.allow_outside { Outside::Allowed } else { Outside::Refused };
-        LoadOptions { scene, limits: self.limits(), outside }
+        let required = if self.ignore_required { Required::MaterialsIgnored } else { Required::Honoured };
+        LoadOptions { scene, limits: self.limits(), outside, required }
     }
 }
 

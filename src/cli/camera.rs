@@ -125,18 +125,31 @@ fn looking_at(look_at: LookAt, instead_of: Option<&NamedCamera>) -> NamedCamera 
     }
 }
 
-/// A camera in front of the scene (+z, as glTF defines the front) that sees the sphere around its bounds.
+/// A camera that sees the whole bounds in a three-quarter view: from the front (+z, as glTF defines it), 35° to the right of it and 25°
+/// above, so that it looks along no side of a box and sees a flat model of any orientation from one of its faces.
+///
+/// It stands where the corners of the bounds just fit into a square image's middle nine tenths.
 fn framing(bounds: Option<Bounds>) -> NamedCamera {
-    let (center, radius) = match bounds {
-        Some(bounds) => (0.5 * (bounds.min + bounds.max), 0.5 * (bounds.max - bounds.min).length()),
-        None => (Vec3::ZERO, 1.0),
+    const MARGIN: f32 = 0.9;
+    let (azimuth, elevation) = (35.0_f32.to_radians(), 25.0_f32.to_radians());
+    let towards = Vec3::new(azimuth.sin() * elevation.cos(), elevation.sin(), azimuth.cos() * elevation.cos());
+    let right = Vec3::Y.cross(towards).normalize();
+    let up = towards.cross(right);
+    let (center, half) = match bounds {
+        Some(bounds) => (0.5 * bounds.min + 0.5 * bounds.max, 0.5 * bounds.max - 0.5 * bounds.min),
+        None => (Vec3::ZERO, Vec3::splat(0.5)),
     };
+    let slope = MARGIN * (0.5 * DEFAULT_YFOV).tan();
+    let fits = |corner: Vec3| corner.dot(towards) + corner.dot(right).abs().max(corner.dot(up).abs()) / slope;
+    let signs = [-1.0, 1.0];
+    let corners = signs.iter().flat_map(|x| signs.iter().flat_map(move |y| signs.map(|z| Vec3::new(*x, *y, z))));
     // A scene of a single point still has a place in front of it.
-    let radius = radius.max(1e-3 * center.length()).max(1e-3);
+    let least = (1e-3 * center.length()).max(1e-3) / slope;
+    let distance = corners.map(|sign| fits(sign * half)).fold(least, f32::max);
     NamedCamera {
         name: "framing".to_owned(),
-        position: center + Vec3::Z * (radius / (0.5 * DEFAULT_YFOV).sin()),
-        forward: Vec3::NEG_Z,
+        position: center + towards * distance,
+        forward: -towards,
         up: Vec3::Y,
         view: View::Perspective { yfov: DEFAULT_YFOV, lens: None },
         aspect: None,
@@ -176,8 +189,25 @@ mod tests {
                 assert!(camera.raster(&camera.lens_point(), w).is_some(), "{corner}");
             }
         }
-        let camera = framing(None).to_camera(Sensor { width: 1, height: 1, padding: 0 });
-        assert!(camera.raster(&camera.lens_point(), Vec3::NEG_Z).is_some());
+        let view = framing(None);
+        let camera = view.to_camera(Sensor { width: 1, height: 1, padding: 0 });
+        assert!(camera.raster(&camera.lens_point(), view.forward).is_some());
+    }
+
+    /// Of a camera that looks along an axis, two of these three are edges.
+    #[test]
+    fn the_framing_camera_sees_flat_models_of_every_orientation_from_one_side() {
+        for axis in 0..3 {
+            for size in [1e-3, 1.0, 1e4] {
+                let mut half = Vec3::splat(size);
+                half[axis] = 0.0;
+                let camera = framing(Some(Bounds { min: -half, max: half }));
+                let cos = camera.position.normalize()[axis];
+                assert!(cos > 0.35, "axis {axis}: seen at a cosine of {cos}");
+                let distance = camera.position.length() / size;
+                assert!(distance < 4.0, "axis {axis}: {distance} half sides away");
+            }
+        }
     }
 
     #[test]

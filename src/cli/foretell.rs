@@ -24,6 +24,13 @@ pub(super) fn foretell(job: &Job<'_>, scene: &Scene, max_depth: u32, terminal: T
     }
     let around = |light: &Light| matches!(light, Light::Environment { .. } | Light::EnvironmentMap(_));
     let background = settings.background == Background::Shown && scene.lights().all().iter().any(around);
+    let behind = 100.0 * scene.seen_back_face_fraction();
+    if behind > 0.0 {
+        terminal.say(format_args!(
+            "note: about {behind:.1} % of the image shows back faces of single-sided materials, which glTF's rasterizers cull \
+             (--cull-backfaces hides them)"
+        ));
+    }
     if integrator == IntegratorKind::Light && scene.camera.is_orthographic() && background {
         terminal.warn(
             "the environment behind the scene will not be seen: light from it arrives along an orthographic camera's one \

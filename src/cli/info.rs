@@ -10,6 +10,7 @@ use crate::{
         bsdf::Bsdf,
         material::{Material, MaterialId},
     },
+    text::{short, short_vec},
 };
 
 /// The options of `pathspace info`.
@@ -57,14 +58,14 @@ pub(super) fn describe(loaded: &Loaded) -> String {
         lines.push(format!("instances  {instances} of {meshes} shared meshes, whose triangles are counted in each"));
     }
     if let Some(bounds) = geometry.bounds() {
-        lines.push(format!("bounds     {} to {}, metres", bounds.min, bounds.max));
+        lines.push(format!("bounds     {} to {}, metres", short_vec(bounds.min), short_vec(bounds.max)));
     }
     lines.push(format!("materials  {}", materials(&loaded.materials)));
     lines.push(format!("lights     {}", lights(loaded)));
     for (index, camera) in loaded.cameras.iter().enumerate() {
         let aspect = camera.aspect.map(|aspect| format!(", aspect {aspect:.3}")).unwrap_or_default();
         let view = view(camera.view);
-        lines.push(format!("camera     {index} '{}': at {}, {view}{aspect}", camera.name, camera.position));
+        lines.push(format!("camera     {index} '{}': at {}, {view}{aspect}", camera.name, short_vec(camera.position)));
     }
     if loaded.cameras.is_empty() {
         lines.push("camera     none; 'render' frames the whole scene".to_owned());
@@ -100,10 +101,12 @@ fn scenes(summary: &Summary) -> String {
 fn view(view: View) -> String {
     match view {
         View::Perspective { yfov, lens } => {
-            let lens = lens.map(|ThinLens { aperture, focus }| format!(", lens {aperture} m wide, sharp at {focus} m"));
+            let lens = lens.map(|ThinLens { aperture, focus }| {
+                format!(", lens {} m wide, sharp at {} m", short(aperture), short(focus))
+            });
             format!("yfov {:.1}°{}", yfov.to_degrees(), lens.unwrap_or_default())
         }
-        View::Orthographic { height } => format!("orthographic, {height} m high"),
+        View::Orthographic { height } => format!("orthographic, {} m high", short(height)),
     }
 }
 

@@ -36,6 +36,7 @@ impl Opened {
         terminal: Terminal,
     ) -> Result<(Scene, Option<String>), Failure> {
         let environment = environment::choose(&args.environment, &args.load.limits(), &self.loaded, terminal)?;
-        Ok((self.loaded.into_scene(self.view.to_camera(sensor), environment.light), environment.recorded))
+        let scene = self.loaded.into_scene(self.view.to_camera(sensor), environment.light);
+        Ok((if args.cull_backfaces { scene.culling_back_faces() } else { scene }, environment.recorded))
     }
 }

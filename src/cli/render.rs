@@ -104,6 +104,9 @@ pub(super) fn run(args: &RenderArgs) -> Result<Exit, Failure> {
     let renderer = pool.install(|| Renderer::new(&scene, &settings));
     phases.end("build");
     let mut recorded = header::settings(&job, renderer.film().scale());
+    if scene.culls_back_faces() {
+        recorded.insert("back-faces".to_owned(), "culled for the camera".to_owned());
+    }
     args.layers.record(&mut recorded);
     let layers = args.layers.choose(args, &scene, &renderer)?;
     let renderer = if layers.is_empty() { renderer } else { renderer.with_layers(&layers) };

@@ -43,8 +43,11 @@ pub fn draw<'a>(
     if unoccluded.contribution().max_element() == 0.0 {
         return None;
     }
-    let visible = |pair: &[Vertex]| f64::from(scene.visible(&pair[0].point, &pair[1].point));
-    let visibility: Vec<_> = unoccluded.vertices().windows(2).map(visible).collect();
+    let visible = |(i, pair): (usize, &[Vertex])| {
+        let (a, b) = (&pair[0].point, &pair[1].point);
+        f64::from(if i == 0 { scene.visible_from_camera(a, b) } else { scene.visible(a, b) })
+    };
+    let visibility: Vec<_> = unoccluded.vertices().windows(2).enumerate().map(visible).collect();
     if visibility.contains(&0.0) {
         return None;
     }

@@ -16,6 +16,7 @@ use serde_json::Value;
 use super::{
     error::{Fault, LoadError, one_line, quoted},
     extensions,
+    limits::Required,
 };
 
 /// Extensions whose meaning is honoured.
@@ -86,12 +87,17 @@ pub(super) fn chunks<'a>(bytes: &'a [u8], file: &str) -> Result<Chunks<'a>, Load
 }
 
 /// Parses the JSON and checks the document; what is merely odd goes to `warnings`.
-pub(super) fn parse(json: &[u8], file: &str, warnings: &mut Vec<String>) -> Result<Root, LoadError> {
+pub(super) fn parse(
+    json: &[u8],
+    required: Required,
+    file: &str,
+    warnings: &mut Vec<String>,
+) -> Result<Root, LoadError> {
     let root = match serde_json::from_slice::<Root>(json) {
         Ok(root) => root,
         Err(error) => repaired(json).ok_or_else(|| json_error(&error, json, file))?,
     };
-    check(&root, warnings).map_err(|fault| fault.at(file))?;
+    check(&root, required, warnings).map_err(|fault| fault.at(file))?;
     Ok(root)
 }
 
@@ -125,7 +131,7 @@ fn json_error(error: &serde_json::Error, json: &[u8], file: &str) -> LoadError {
     LoadError::Json { file: file.to_owned(), line, column, what }
 }
 
-fn check(root: &Root, warnings: &mut Vec<String>) -> Result<(), Fault> {
+fn check(root: &Root, required: Required, warnings: &mut Vec<String>) -> Result<(), Fault> {
     if !root.asset.version.starts_with("2.") {
         return Err(Fault::unsupported(
             "/asset/version",
@@ -135,20 +141,27 @@ fn check(root: &Root, warnings: &mut Vec<String>) -> Result<(), Fault> {
     if let Some(version) = root.asset.min_version.as_deref().filter(|&version| version != "2.0") {
         return Err(Fault::unsupported("/asset/minVersion", format!("a reader of glTF {} is needed", quoted(version))));
     }
-    honoured(root, warnings)?;
+    honoured(root, required, warnings)?;
     positions_in_range(root)?;
     validate(root)
 }
 
 /// The policy: what is required must be supported, and what is optional and is not is named.
-fn honoured(root: &Root, warnings: &mut Vec<String>) -> Result<(), Fault> {
+fn honoured(root: &Root, policy: Required, warnings: &mut Vec<String>) -> Result<(), Fault> {
     let unknown = |name: &&String| !SUPPORTED.contains(&name.as_str());
     let required: Vec<_> = root.extensions_required.iter().filter(unknown).map(String::as_str).collect();
-    if !required.is_empty() {
+    let mut seen = HashSet::new();
+    let only_materials = required.iter().all(|name| extensions::is_of_materials(name));
+    if policy == Required::MaterialsIgnored && only_materials {
+        for name in required {
+            if seen.insert(name) {
+                warnings.push(extensions::ignored(name));
+            }
+        }
+    } else if !required.is_empty() {
         return Err(Fault::unsupported("/extensionsRequired", extensions::refused(&required)));
     }
-    let mut seen = HashSet::new();
-    for name in root.extensions_used.iter().filter(unknown).filter(|&name| seen.insert(name)) {
+    for name in root.extensions_used.iter().filter(unknown).filter(|name| seen.insert(name.as_str())) {
         warnings.push(extensions::left_out(name));
     }
     Ok(())

@@ -16,6 +16,20 @@ pub(super) fn remedy(name: &str) -> Option<&'static str> {
     })
 }
 
+/// Whether an extension adds to materials alone, by its name: `KHR_materials_sheen`, `ADOBE_materials_clearcoat_tint`.
+pub(super) fn is_of_materials(name: &str) -> bool {
+    name.contains("_materials_")
+}
+
+/// The warning about a required extension that is ignored on request.
+pub(super) fn ignored(name: &str) -> String {
+    format!(
+        "THE FILE REQUIRES the extension {}, which is not supported and is ignored as --ignore-required asks: its materials \
+         will look wrong",
+        quoted(name)
+    )
+}
+
 /// The complaint about required extensions. `names` is not empty.
 pub(super) fn refused(names: &[&str]) -> String {
     let (noun, verb) = if names.len() == 1 { ("extension", "is") } else { ("extensions", "are") };
@@ -23,7 +37,12 @@ pub(super) fn refused(names: &[&str]) -> String {
     let mut remedies: Vec<_> = names.iter().filter_map(|name| remedy(name)).collect();
     remedies.dedup();
     let help = if remedies.is_empty() { String::new() } else { format!(": {}", remedies.join(", ")) };
-    format!("the required {noun} {list} {verb} not supported{help}")
+    let anyway = if names.iter().all(|name| is_of_materials(name)) {
+        " (--ignore-required renders the file without)"
+    } else {
+        ""
+    };
+    format!("the required {noun} {list} {verb} not supported{anyway}{help}")
 }
 
 /// The warning about an optional extension.

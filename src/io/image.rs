@@ -8,9 +8,13 @@ use image::{DynamicImage, ImageDecoder as _, ImageFormat, ImageReader, Limits};
 use super::{
     buffer::{self, Buffers, Hash},
     error::{Fault, one_line},
+    extensions::remedy,
     limits::{Limit, Place},
 };
 use crate::scene::texture::{Image, Texels};
+
+/// How a KTX2 file begins.
+const KTX2: &[u8] = b"\xABKTX 20\xBB";
 
 /// What a decoder may take besides the texels, bytes.
 const DECODER_MEMORY: u64 = 1 << 30;
@@ -81,6 +85,11 @@ enum Bytes<'a> {
 /// `texels` counts those of all images, which are to be `most` in all.
 fn decode(bytes: &[u8], texels: &mut u64, most: u64, at: &str) -> Result<Image, Fault> {
     let format = image::guess_format(bytes).ok();
+    if bytes.starts_with(KTX2) {
+        let name = "KHR_texture_basisu";
+        let help = remedy(name).unwrap_or_default();
+        return Err(Fault::unsupported(at, format!("the image is KTX2 ({name}), which is not supported: {help}")));
+    }
     let Some(format @ (ImageFormat::Png | ImageFormat::Jpeg | ImageFormat::WebP)) = format else {
         return Err(Fault::unsupported(at, "the image is neither PNG, JPEG nor WebP"));
     };

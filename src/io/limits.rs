@@ -74,6 +74,16 @@ pub enum Outside {
     Allowed,
 }
 
+/// What becomes of a document that requires an extension which is not supported.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Required {
+    /// It is refused, as glTF asks.
+    #[default]
+    Honoured,
+    /// Extensions of materials are ignored with a warning. Without any other, geometry would be missing or garbled: those are refused.
+    MaterialsIgnored,
+}
+
 /// How a document is read.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct LoadOptions<'a> {
@@ -83,6 +93,8 @@ pub struct LoadOptions<'a> {
     pub limits: Limits,
     /// Which other files it may point to.
     pub outside: Outside,
+    /// What becomes of a file that requires an extension which is not supported.
+    pub required: Required,
 }
 
 /// Where a document lies, and what it may ask for from there.

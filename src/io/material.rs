@@ -27,7 +27,7 @@ use crate::{
     math::Rgb,
     scene::{
         light::BRIGHTEST,
-        material::{Boundary, Coverage, EmissionSides, Maps, Material, NormalMap, Parameters, VertexColors},
+        material::{BackFaces, Boundary, Coverage, EmissionSides, Maps, Material, NormalMap, Parameters, VertexColors},
         texture::{Encoding, Texture},
     },
 };
@@ -42,6 +42,7 @@ pub(super) struct Read {
     coverage: Coverage,
     emission: Rgb,
     emission_sides: EmissionSides,
+    back_faces: BackFaces,
     absorption: Rgb,
     unlit: bool,
 }
@@ -80,6 +81,7 @@ impl Read {
         material.coverage = if whole { Coverage::Opaque } else { self.coverage };
         material.emission = self.emission;
         material.emission_sides = self.emission_sides;
+        material.back_faces = self.back_faces;
         material.absorption = self.absorption;
         material
     }
@@ -157,6 +159,7 @@ impl Reader<'_, '_> {
             let color = Vec3::from(volume.attenuation_color.0);
             absorption = self.absorption(color, volume.attenuation_distance.0)?;
         }
+        let back_faces = if m.double_sided { BackFaces::Drawn } else { BackFaces::Culled };
         let mut emission_sides = if m.double_sided { EmissionSides::Both } else { EmissionSides::Front };
         let coverage = self.coverage(m)?;
         let unlit = ext.is_some_and(|e| e.others.contains_key("KHR_materials_unlit"));
@@ -168,7 +171,7 @@ impl Reader<'_, '_> {
             maps = Maps::new(Parameters { boundary: Boundary::Opaque, ..black });
             (maps.base_color, maps.emission) = (shown.clone(), shown);
         }
-        Ok(Read { name: self.name.clone(), maps, coverage, emission, emission_sides, absorption, unlit })
+        Ok(Read { name: self.name.clone(), maps, coverage, emission, emission_sides, back_faces, absorption, unlit })
     }
 
     fn factors(&mut self, m: &Source) -> Result<Parameters, Fault> {

@@ -7,7 +7,8 @@
 //! # Extensions
 //! `EXT_mesh_gpu_instancing`, `EXT_texture_webp`, `KHR_lights_punctual`, `KHR_mesh_quantization`, `KHR_texture_transform`, and of
 //! the materials `KHR_materials_emissive_strength`, `_ior`, `_specular`, `_transmission`, `_unlit` and `_volume`. A *required*
-//! extension outside of this list is an error, an optional one a warning. Ours are the node extension
+//! extension outside of this list is an error (one of materials a warning, with [`Required::MaterialsIgnored`]), an optional one a
+//! warning. Ours are the node extension
 //!
 //! ```json
 //! "extensions": { "PATHSPACE_sphere": { "radius": 0.5, "material": 2 } }
@@ -32,7 +33,7 @@
 //!
 //! # Materials
 //! Which glTF material becomes which BSDF stands at [`Parameters::bsdf`](crate::scene::material::Parameters::bsdf). `doubleSided` decides which sides of an
-//! emitter emit and nothing else: back faces are never culled, and reflect as front faces do.
+//! emitter emit, and what [`Scene::culling_back_faces`] hides from the camera. Otherwise back faces are there and reflect as front faces do.
 
 mod accessor;
 mod attribute;
@@ -70,7 +71,7 @@ pub use environment::{
 };
 pub use error::LoadError;
 pub use light::PunctualLight;
-pub use limits::{Limits, LoadOptions, Outside};
+pub use limits::{Limits, LoadOptions, Outside, Required};
 pub use openexr::{ImageError, read_halves, read_image};
 
 use crate::scene::{
@@ -191,7 +192,7 @@ pub fn read(bytes: &[u8], folder: &Path, file: &str, options: &LoadOptions<'_>) 
     hash.add(bytes);
     let chunks = document::chunks(bytes, file)?;
     let mut warnings = Vec::new();
-    let mut root = document::parse(chunks.json, file, &mut warnings)?;
+    let mut root = document::parse(chunks.json, options.required, file, &mut warnings)?;
     scenes::choose(&mut root, options.scene, file, &mut warnings)?;
     match root.animations.len() {
         0 => {}

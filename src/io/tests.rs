@@ -21,7 +21,7 @@ use super::{
     document,
     error::LoadError,
     image::Images,
-    limits::{LoadOptions, Place},
+    limits::{LoadOptions, Place, Required},
     material, mesh,
     node::Placed,
 };
@@ -78,9 +78,9 @@ fn load(document: &Value) -> Result<Loaded, LoadError> {
 
 /// The document's first mesh, in world space by the first node.
 fn world(document: &Value) -> mesh::World {
-    let (root, mut warnings) =
-        (document::parse(document.to_string().as_bytes(), "x", &mut Vec::new()).unwrap(), vec![]);
-    let LoadOptions { limits, outside, .. } = LoadOptions::default();
+    let LoadOptions { limits, outside, required, .. } = LoadOptions::default();
+    let mut warnings = Vec::new();
+    let root = document::parse(document.to_string().as_bytes(), required, "x", &mut warnings).unwrap();
     let place = Place { folder: Path::new("."), limits, outside };
     accessor::check(&root, &limits).unwrap();
     let buffers = buffer::read(&root, None, place, &mut Hash::new()).unwrap();

@@ -185,7 +185,12 @@ impl<'a> JoinedPath<'a> {
     #[inline(always)]
     pub fn seen(self) -> Option<Self> {
         let (Some(z), Some(y)) = (self.camera.last(), self.light.last()) else { return Some(self) };
-        let visibility = self.scene.visible(&z.vertex.point, &y.vertex.point);
+        let (scene, lens, end) = (self.scene, &z.vertex.point, &y.vertex.point);
+        let visibility = if self.camera.len() == 1 && scene.culls_back_faces() {
+            scene.visible_from_camera(lens, end)
+        } else {
+            scene.visible(lens, end)
+        };
         (visibility > 0.0).then(|| self.seen_through(visibility))
     }
 

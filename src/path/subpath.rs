@@ -335,14 +335,19 @@ impl Subpath {
         let from = &self.room[self.len - 1].vertex.point;
         // Only surfaces with 0 < α < 1 take numbers.
         let (passing, mut started) = (Block::passing(self.len as u32).of_branch(branch), false);
-        let stops = |alpha| {
+        let mut stops = |alpha| {
             if !std::mem::replace(&mut started, true) {
                 sampler.start(passing);
             }
             sampler.next_1d() < alpha
         };
-        let Traced { ray, hit, visibility } =
-            scene.trace_ray(departure.origin, departure.direction, from.primitive, stops);
+        let Departure { origin, direction, .. } = *departure;
+        let leaves_lens = transport == Transport::Radiance && self.len == 1;
+        let Traced { ray, hit, visibility } = if leaves_lens && scene.culls_back_faces() {
+            scene.trace_from_camera(origin, direction, from.primitive, &mut stops)
+        } else {
+            scene.trace_ray(origin, direction, from.primitive, &mut stops)
+        };
         if let Some(hit) = hit {
             self.add(scene, departure, scene.point_at(&ray, &hit), visibility, transport);
             return true;

@@ -92,7 +92,7 @@ impl Renderer<'_> {
             let raster = Raster(pixel.corner() + sampler.next_2d());
             let lens = camera.sample_lens(raster, if camera.has_aperture() { sampler.next_2d() } else { Vec2::ZERO });
             let w = camera.direction(&lens, raster);
-            let seen = self.scene.trace_ray(lens.ray_origin(w), w, lens.primitive, |alpha| alpha >= 0.5);
+            let seen = self.scene.trace_from_camera(lens.ray_origin(w), w, lens.primitive, |alpha| alpha >= 0.5);
             sums.samples += 1;
             if let Some(hit) = seen.hit {
                 let point = self.scene.point_at(&seen.ray, &hit);

@@ -26,6 +26,8 @@ pub struct Material {
     pub emission: Rgb,
     /// Which sides emit.
     pub emission_sides: EmissionSides,
+    /// What becomes of its back faces in a scene that [culls them](super::Scene::culling_back_faces) for the camera.
+    pub back_faces: BackFaces,
     /// σ_a of the volume that a [`Bsdf::Dielectric`] bounds, 1/m; zero for clear volumes and all other materials.
     pub absorption: Rgb,
     /// What varies over the surface, resolved at each hit; `None` for a material that is the same everywhere.
@@ -303,6 +305,15 @@ pub enum EmissionSides {
     Both,
 }
 
+/// What the camera sees of a surface from behind, where a scene [culls](super::Scene::culling_back_faces).
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum BackFaces {
+    /// Nothing: its rays pass (glTF without `doubleSided`).
+    Culled,
+    /// The same as from the front.
+    Drawn,
+}
+
 impl Material {
     /// A material with the given scattering that neither emits nor absorbs.
     pub fn new(name: &str, bsdf: Bsdf) -> Self {
@@ -312,6 +323,7 @@ impl Material {
             coverage: Coverage::Opaque,
             emission: Rgb::ZERO,
             emission_sides: EmissionSides::Front,
+            back_faces: BackFaces::Drawn,
             absorption: Rgb::ZERO,
             maps: None,
         }

@@ -22,7 +22,7 @@ use self::{
     geometry::{Geometry, Hit, PrimitiveId, Ray},
     light::{Light, LightChoice, Lights},
     light_index::LightIndex,
-    material::{Coverage, Material, MaterialId},
+    material::{BackFaces, Coverage, Material, MaterialId},
     point::{Place, Point},
 };
 use crate::{math::Rgb, sampling::PdfArea};
@@ -42,6 +42,8 @@ pub struct Scene {
     see_through: bool,
     /// Whether some material's volume absorbs.
     absorbs: bool,
+    /// Whether the camera's rays pass back faces of some material.
+    culls: bool,
 }
 
 /// What a ray finds; see [`Scene::trace_ray`].
@@ -70,7 +72,17 @@ impl Scene {
         let see_through = materials.iter().any(|m| m.coverage != Coverage::Opaque)
             && geometry.with_material(&|id| !opaque(id)).next().is_some();
         let absorbs = materials.iter().any(|m| m.absorption != Rgb::ZERO);
-        Self { camera, geometry, materials, lights, light_of, areas: OnceLock::new(), see_through, absorbs }
+        Self {
+            camera,
+            geometry,
+            materials,
+            lights,
+            light_of,
+            areas: OnceLock::new(),
+            see_through,
+            absorbs,
+            culls: false,
+        }
     }
 
     /// The same scene with another choice among the lights for next-event estimation.
@@ -79,6 +91,21 @@ impl Scene {
         self.lights.choose_by(choice, &self.geometry);
         self.areas = OnceLock::new();
         self
+    }
+
+    /// The same scene with the back faces of single-sided materials ([`BackFaces::Culled`]) hidden from the camera, as glTF asks of a
+    /// rasterizer: the first edge of a path passes them, and ends on none of them, whichever strategy finds it. All other edges
+    /// meet them. The boundary of a volume is never culled: the camera would lose track of what it is in.
+    #[must_use]
+    pub fn culling_back_faces(mut self) -> Self {
+        self.culls = self.materials.iter().any(hides_back_faces);
+        self
+    }
+
+    /// Whether [`Self::trace_from_camera`] and [`Self::visible_from_camera`] differ from the same questions of other points.
+    #[inline(always)]
+    pub fn culls_back_faces(&self) -> bool {
+        self.culls
     }
 
     /// The primitives.
@@ -109,12 +136,38 @@ impl Scene {
     /// At each surface with 0 < α < 1, front to back, `stops(α)` decides. With α = 1 the ray stops and with α = 0 it passes,
     /// without a question.
     #[inline(always)]
-    pub fn trace_ray(&self, origin: Vec3, w: Vec3, skip: PrimitiveId, mut stops: impl FnMut(f32) -> bool) -> Traced {
+    pub fn trace_ray(&self, origin: Vec3, w: Vec3, skip: PrimitiveId, stops: impl FnMut(f32) -> bool) -> Traced {
         let ray = Ray { origin, direction: w, t_max: f32::INFINITY };
+        self.trace_through(ray, skip, self.see_through, stops, |hit| self.alpha(hit))
+    }
+
+    /// [`Self::trace_ray`] for a ray that leaves the lens: it passes [culled](Self::culling_back_faces) back faces.
+    #[inline(never)]
+    pub fn trace_from_camera(
+        &self,
+        origin: Vec3,
+        w: Vec3,
+        skip: PrimitiveId,
+        stops: impl FnMut(f32) -> bool,
+    ) -> Traced {
+        let ray = Ray { origin, direction: w, t_max: f32::INFINITY };
+        let alpha = |hit: &Hit| self.alpha_for_camera(w, &ray, hit);
+        self.trace_through(ray, skip, self.see_through || self.culls, stops, alpha)
+    }
+
+    #[inline(always)]
+    fn trace_through(
+        &self,
+        ray: Ray,
+        skip: PrimitiveId,
+        see_through: bool,
+        mut stops: impl FnMut(f32) -> bool,
+        alpha: impl Fn(&Hit) -> f32,
+    ) -> Traced {
         let mut visibility = 1.0;
         let mut next = self.geometry.closest(&ray, skip);
-        while let Some(hit) = next.filter(|_| self.see_through) {
-            let alpha = self.alpha(&hit);
+        while let Some(hit) = next.filter(|_| see_through) {
+            let alpha = alpha(&hit);
             if alpha == 1.0 || (alpha > 0.0 && stops(alpha)) {
                 break;
             }
@@ -146,12 +199,7 @@ impl Scene {
     #[inline(always)]
     pub fn visible(&self, a: &Point, b: &Point) -> f32 {
         let (a, b) = if a.place == Place::Infinite { (b, a) } else { (a, b) };
-        let ray = if b.place == Place::Infinite {
-            Ray { origin: a.ray_origin(b.position), direction: b.position, t_max: f32::INFINITY }
-        } else {
-            let ab = b.position - a.position;
-            Ray::between(a.ray_origin(ab), b.ray_origin(-ab))
-        };
+        let ray = segment(a, b);
         let skip = [a.primitive, b.primitive];
         if mistake!(!self.see_through, OpaqueToShadows => true) {
             return if self.geometry.occluded(&ray, skip) { 0.0 } else { 1.0 };
@@ -162,6 +210,41 @@ impl Scene {
             if visibility == 0.0 { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
         });
         visibility
+    }
+
+    /// [`Self::visible`] of a point on the lens and one that it may see: the segment passes
+    /// [culled](Self::culling_back_faces) back faces, and V = 0 if `seen` lies on one.
+    #[inline(never)]
+    pub fn visible_from_camera(&self, lens: &Point, seen: &Point) -> f32 {
+        if !self.culls {
+            return self.visible(lens, seen);
+        }
+        // The segment may run the other way.
+        let ray = segment(lens, seen);
+        let w = if seen.place == Place::Infinite { seen.position } else { seen.position - lens.position };
+        if seen.place == Place::Surface && self.is_culled(seen.material, seen.normal, w) {
+            return 0.0;
+        }
+        let mut visibility = 1.0;
+        let _ = self.geometry.crossings(&ray, [lens.primitive, seen.primitive], |hit| {
+            visibility *= 1.0 - self.alpha_for_camera(w, &ray, hit);
+            if visibility == 0.0 { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+        });
+        visibility
+    }
+
+    /// [`Self::alpha`] for the camera, which looks along `w`: 0 at a culled back face.
+    fn alpha_for_camera(&self, w: Vec3, ray: &Ray, hit: &Hit) -> f32 {
+        let material = self.geometry.material(hit.primitive);
+        if self.culls && self.is_culled(material, self.geometry.surface(ray, hit).normal, w) {
+            return 0.0;
+        }
+        self.alpha(hit)
+    }
+
+    /// Whether the camera does not see a surface with the normal `n` along its viewing direction `w`.
+    fn is_culled(&self, material: MaterialId, n: Vec3, w: Vec3) -> bool {
+        n.dot(w) > 0.0 && hides_back_faces(self.material(material))
     }
 
     /// L_e at `point` in the unit direction `w` away from it; see [`Lights::le`].
@@ -248,19 +331,46 @@ impl Scene {
     }
 
     /// The part of the image, in [0, 1], in which the camera's first surface has delta lobes: what light tracing cannot
-    /// connect to the lens. Estimated with one ray for each cell of a 64 × 64 grid; a surface with α < 1/2 is looked through.
+    /// connect to the lens. Estimated as [`Self::seen_fraction`].
     pub fn seen_specular_fraction(&self) -> f32 {
+        self.seen_fraction(|point, _| point.bsdf.delta_count() > 0)
+    }
+
+    /// The part of the image, in [0, 1], that shows the back face of a single-sided material. Estimated as [`Self::seen_fraction`].
+    pub fn seen_back_face_fraction(&self) -> f32 {
+        self.seen_fraction(|point, w| point.normal.dot(w) > 0.0 && hides_back_faces(self.material(point.material)))
+    }
+
+    /// The part of the image, in [0, 1], in which `holds` of the camera's first surface point and the unit direction in which it is
+    /// seen. Estimated with one ray for each cell of a 64 × 64 grid; a surface with α < 1/2 is looked through.
+    fn seen_fraction(&self, holds: impl Fn(&Point, Vec3) -> bool) -> f32 {
         const SIDE: u32 = 64;
         let sensor = self.camera.sensor();
         let size = Vec2::new(sensor.width as f32, sensor.height as f32);
-        let specular = (0..SIDE * SIDE).filter(|i| {
+        let seen = (0..SIDE * SIDE).filter(|i| {
             let cell = Vec2::new((i % SIDE) as f32 + 0.5, (i / SIDE) as f32 + 0.5) / SIDE as f32;
             let raster = Raster(cell * size);
             let lens = self.camera.sample_lens(raster, Vec2::splat(0.5));
             let w = self.camera.direction(&lens, raster);
-            let seen = self.trace_ray(lens.ray_origin(w), w, lens.primitive, |alpha| alpha >= 0.5);
-            seen.hit.is_some_and(|hit| self.point_at(&seen.ray, &hit).bsdf.delta_count() > 0)
+            let seen = self.trace_from_camera(lens.ray_origin(w), w, lens.primitive, |alpha| alpha >= 0.5);
+            seen.hit.is_some_and(|hit| holds(&self.point_at(&seen.ray, &hit), w))
         });
-        specular.count() as f32 / (SIDE * SIDE) as f32
+        seen.count() as f32 / (SIDE * SIDE) as f32
     }
+}
+
+/// The ray from just off `a` towards `b`, which may be infinite.
+#[inline(always)]
+fn segment(a: &Point, b: &Point) -> Ray {
+    if b.place == Place::Infinite {
+        Ray { origin: a.ray_origin(b.position), direction: b.position, t_max: f32::INFINITY }
+    } else {
+        let ab = b.position - a.position;
+        Ray::between(a.ray_origin(ab), b.ray_origin(-ab))
+    }
+}
+
+/// Whether a scene that culls hides this material's back faces from the camera.
+fn hides_back_faces(material: &Material) -> bool {
+    material.back_faces == BackFaces::Culled && !matches!(material.bsdf, Bsdf::Dielectric(_))
 }

@@ -56,7 +56,7 @@ fn render(scene: &Scene, settings: &Settings, spp: u32, longest: Option<u32>) ->
 }
 
 /// Every one of `kinds` finds the radiance `expected` in the whole image, from paths of `edges` edges.
-fn assert_radiance(name: &str, scene: &Scene, kinds: &[IntegratorKind], edges: u32, spp: u32, expected: f64) {
+pub fn assert_radiance(name: &str, scene: &Scene, kinds: &[IntegratorKind], edges: u32, spp: u32, expected: f64) {
     for &integrator in kinds {
         // What light tracing finds is spread over all directions, and needs more samples to say as much.
         let spp = if integrator == IntegratorKind::Light { 12 * spp } else { spp };

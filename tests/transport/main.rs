@@ -5,6 +5,7 @@
 mod agreement;
 mod alpha;
 mod area;
+mod back_faces;
 mod cameras;
 mod closed_forms;
 mod covering;

@@ -204,3 +204,24 @@ fn spheres_lights_and_cameras_out_of_bounds() {
     let bright = json!([{ "emissiveFactor": [1, 1, 1], "extensions": bright }]);
     refused(&with("/materials", bright), &["/materials/0/emissiveFactor", "1e30 is the limit"]);
 }
+
+#[test]
+fn required_extensions_of_materials_are_ignored_on_request_and_no_others() {
+    let read = |required: Value, policy| {
+        let mut document = triangle();
+        document["extensionsRequired"] = required.clone();
+        document["extensionsUsed"] = required;
+        let options = LoadOptions { required: policy, ..LoadOptions::default() };
+        crate::io::read(document.to_string().as_bytes(), Path::new("."), "x.gltf", &options)
+    };
+    let materials = json!(["KHR_materials_sheen", "ACME_materials_velvet"]);
+    let error = read(materials.clone(), Required::Honoured).unwrap_err().to_string();
+    assert!(error.contains("“KHR_materials_sheen”") && error.contains("--ignore-required"), "{error}");
+    let warnings = read(materials, Required::MaterialsIgnored).unwrap().warnings;
+    let loud: Vec<_> = warnings.iter().filter(|w| w.contains("REQUIRES")).collect();
+    assert!(loud.len() == 2 && loud[0].contains("KHR_materials_sheen") && warnings.len() == 2, "{warnings:?}");
+    for others in [json!(["KHR_materials_sheen", "KHR_draco_mesh_compression"]), json!(["ACME_x"])] {
+        let error = read(others, Required::MaterialsIgnored).unwrap_err().to_string();
+        assert!(error.contains("not supported") && !error.contains("--ignore-required"), "{error}");
+    }
+}
