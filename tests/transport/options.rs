@@ -295,9 +295,9 @@ fn lamps_in_a_crowd_light_what_is_below_them() {
     let place = |lamp: u32| Vec3::new((lamp % SIDE) as f32, 0.0, (lamp / SIDE) as f32) / SIDE as f32 - 0.5;
     for lamp in 0..SIDE * SIDE {
         let crowd = |i: u32| place(lamp) - Vec3::Y * (4.0 + 1e-3 * i as f32);
-        add(40, &crowd, 1);
+        add(20, &crowd, 1);
         add(1, &|_| place(lamp) + Vec3::Y, 2);
-        add(110, &crowd, 1);
+        add(130, &crowd, 1);
     }
     let lamp = |radiance| Material::diffuse("lamp", Rgb::ZERO).emitting(Rgb::splat(radiance));
     let materials = vec![Receiver::material(), lamp(65.0 * RADIANCE), lamp(RADIANCE)];

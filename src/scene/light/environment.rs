@@ -56,7 +56,7 @@ pub struct NotARadiance {
     pub value: Rgb,
 }
 
-/// Texels that are darker than the brightest by more than this factor are black: they have no integer of a choice for themselves.
+/// Texels that are darker than the brightest by more than this factor are black: a choice has no more integers.
 const FAINTEST: f32 = 1.0 / (1_u128 << 64) as f32;
 
 /// Where a direction falls: between two rows and two columns of centres.
