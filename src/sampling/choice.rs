@@ -110,7 +110,7 @@ impl Remainder {
     #[inline]
     pub fn rest(self) -> Choice {
         mistake!(
-            Choice::new((((self.offset as u128) << 64) / self.width as u128) as u64),
+            Choice::new(((u128::from(self.offset) << 64) / u128::from(self.width)) as u64),
             RestUnscaled => Choice::new(self.offset)
         )
     }
