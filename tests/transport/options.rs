@@ -59,12 +59,12 @@ fn assert_same_image(scene: &str, variants: &[Variant]) {
 fn courtyard() -> Scene {
     let others = [
         pathspace::scene::light::Light::Point {
-            position: glam::Vec3::new(0.3, 0.4, 0.5),
-            intensity: pathspace::math::Rgb::new(0.4, 0.5, 0.6),
+            position: Vec3::new(0.3, 0.4, 0.5),
+            intensity: Rgb::new(0.4, 0.5, 0.6),
         },
         pathspace::scene::light::Light::Directional {
-            towards: glam::Vec3::new(0.3, 0.8, 0.4).normalize(),
-            irradiance: pathspace::math::Rgb::splat(1.0),
+            towards: Vec3::new(0.3, 0.8, 0.4).normalize(),
+            irradiance: Rgb::splat(1.0),
         },
     ];
     scenes::courtyard(&others, scenes::square(16, Filter::Box))
