@@ -41,6 +41,8 @@ pub fn killers(mistake: Mistake) -> &'static [Test] {
         TentativeUndivided => &[Transport("options::roulette_on_connections_changes_no_image")],
         SplitsUncounted => &[Transport("options::split_paths_change_no_image")],
         SharedVerticesUndivided => &[COUNTS],
+        CoarseChoice => &[Lib("scene::light::tree_tests::a_crowd_hides_no_lamp")],
+        RestUnscaled => &[Lib("sampling::choice::tests::shares_are_in_proportion_and_none_is_empty")],
         FairTree => &[Lib("scene::light::tree_tests::lights_are_chosen_as_often_as_their_probability_says")],
         LightsTwice => &[Transport("textures::a_textured_emitter_lights_a_point_as_its_texels_say")],
         NoLightChoice => &[Transport("textures::the_density_over_a_textured_emitter_integrates_to_one")],

@@ -31,7 +31,7 @@ pub fn draw<'a>(
     for i in 1..=n {
         let areas = if i < n { scene.surfaces() } else { scene.emitters() };
         sampler.start(Block::joint(n * (n + 1) / 2 + i));
-        vertices.push(Vertex::new(areas.sample(scene, sampler.next_3d())?));
+        vertices.push(Vertex::new(areas.sample(scene, sampler.next_2d(), sampler.next_choice())?));
     }
     sampler.start(Block::joint(n * (n + 1) / 2));
     vertices[0] = Vertex::new(scene.camera.sample_lens_towards(&vertices[1].point, sampler.next_2d())?);

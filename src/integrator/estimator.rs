@@ -6,7 +6,7 @@ use super::{Integrator, area};
 use crate::{
     math::{Rgb, luminance},
     path::{JoinedPath, LightVertices, SharedLightVertices, Step, Strategy, Subpath},
-    sampling::{Block, Sampler},
+    sampling::{Block, Chance, Sampler},
     scene::{Scene, bsdf::Transport, camera::Raster},
 };
 
@@ -149,7 +149,7 @@ impl Integrator {
                     samplers.lens.start(Block::repeated(s as u32 - 1, branch * samples + k));
                     if lens.put_lens_towards(scene, &y.vertex.point, samplers.lens) {
                         let path = JoinedPath::inner(scene, lens.steps(), light, s, anywhere);
-                        self.consider(path, 1.0, || samplers.lens.next_1d(), sink);
+                        self.consider(path, 1.0, || samplers.lens.next_chance(), sink);
                     }
                 }
             }
@@ -157,7 +157,7 @@ impl Integrator {
         if splats == Splats::Yes {
             for _ in 0..self.evaluated.area() {
                 for n in 1..=self.evaluated.max_depth() {
-                    self.consider(area::draw(scene, n, drawn, samplers.connection), 1.0, || 0.0, sink);
+                    self.consider(area::draw(scene, n, drawn, samplers.connection), 1.0, || Chance(0), sink);
                 }
             }
         }
@@ -203,7 +203,7 @@ impl Integrator {
             for t in joined + 1..=camera.steps().len() {
                 let prefix = &camera.steps()[..t];
                 for _ in 0..self.evaluated.multiplicity(Strategy { s: 0, t: t as u32 }) {
-                    self.consider(JoinedPath::hit(scene, prefix, raster), 1.0, || 0.0, sink);
+                    self.consider(JoinedPath::hit(scene, prefix, raster), 1.0, || Chance(0), sink);
                 }
                 let z = &prefix[t - 1].vertex.point;
                 if !z.bsdf.has_continuous() {
@@ -213,30 +213,29 @@ impl Integrator {
                 let mut nth = 0;
                 for k in 0..samples {
                     samplers.connection.start(Block::repeated(t as u32 - 2, branch * samples + k));
-                    let u = samplers.connection.next_3d();
-                    let sampled = scene.sample_next_event(z, u, nth);
+                    let (u, choice) = (samplers.connection.next_square(), samplers.connection.next_choice());
+                    let sampled = scene.sample_next_event(z, u, choice, nth);
                     nth = if nth + 1 == of_each { 0 } else { nth + 1 };
                     if let Some((point, pdf)) = sampled {
                         let end = Step::next_event(point, pdf);
                         let path = JoinedPath::next_event(scene, prefix, &end, raster);
-                        self.consider(path, 1.0, || samplers.connection.next_1d(), sink);
+                        self.consider(path, 1.0, || samplers.connection.next_chance(), sink);
                     }
                 }
                 for k in 0..connections {
                     let chosen = if shared.is_some() {
                         samplers.connection.start(Block::chosen_end(t as u32, k).of_branch(branch));
-                        (samplers.connection.next_1d() * ends.len() as f32) as usize
+                        samplers.connection.next_choice().among(ends.len())
                     } else {
                         k as usize
                     };
-                    // Rounding may lead past the last.
-                    let End { number, s } = ends[chosen.min(ends.len() - 1)];
+                    let End { number, s } = ends[chosen];
                     for _ in 0..self.evaluated.multiplicity(Strategy { s, t: t as u32 }) {
                         let chance = || {
                             if shared.is_none() {
                                 samplers.connection.start(Block::connection(s, t as u32, number).of_branch(branch));
                             }
-                            samplers.connection.next_1d()
+                            samplers.connection.next_chance()
                         };
                         let path = JoinedPath::inner(scene, prefix, &lights[number as usize], s as usize, raster);
                         self.consider(path, share, chance, sink);
@@ -259,7 +258,7 @@ impl Integrator {
         &self,
         path: Option<JoinedPath<'_>>,
         mut times: f32,
-        chance: impl FnOnce() -> f32,
+        chance: impl FnOnce() -> Chance,
         sink: &mut impl Sink,
     ) {
         let Some(path) = path.filter(|path| path.contribution() != Rgb::ZERO) else { return };
@@ -267,7 +266,7 @@ impl Integrator {
             if let Some(roulette) = &self.connections
                 && times * self.tentative(&path) < roulette.threshold
             {
-                if chance() < roulette.end {
+                if chance().falls_below(roulette.end) {
                     sink.spared_ray();
                     return;
                 }

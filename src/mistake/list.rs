@@ -51,6 +51,8 @@ mistakes! {
     RouletteUndivided "roulette-undivided" "A walk that survives roulette is not divided by its probability.";
     TentativeUndivided "tentative-undivided" "A connection that survives roulette is not divided by its probability.";
     SplitsUncounted "splits-uncounted" "The parts of a split subpath count as one sample.";
+    CoarseChoice "coarse-choice" "Choices keep 24 of their 64 bits.";
+    RestUnscaled "rest-unscaled" "What a choice leaves is not scaled to a choice of its own.";
     FairTree "fair-tree" "The density of a light from the tree is that of fair turns.";
     SharedVerticesUndivided "shared-vertices-undivided" "Connections to chosen light vertices count as if each subpath had one.";
     RouletteInDensities "roulette-in-densities" "Roulette's survival probability stands in a density of one side.";

@@ -5,8 +5,8 @@ use std::cmp::Ordering;
 use glam::Vec3;
 
 use super::{
-    Densities, Edge, Heuristic, Path, Rivals, Step, Strategy, Subpath, Technique, Techniques, Vertex, mis_weight,
-    subpath::transmittance, vertex::scatter,
+    Densities, Edge, Heuristic, Path, RivalSum, Rivals, Step, Strategy, Subpath, Technique, Techniques, Vertex,
+    mis_weight, subpath::transmittance, vertex::scatter,
 };
 use crate::{
     math::{Frame, Rgb},
@@ -164,7 +164,7 @@ impl<'a> JoinedPath<'a> {
         let Technique::Bidirectional(strategy) = self.technique else { return 1.0 };
         let weight = match rivals {
             Some(rivals) => {
-                let before = |steps: &[Step]| if let [.., last, _, _] = steps { last.rivals } else { 0.0 };
+                let before = |steps: &[Step]| if let [.., last, _, _] = steps { last.rivals } else { RivalSum::ZERO };
                 rivals.weight(self, strategy, techniques, [before(self.camera), before(self.light)])
             }
             None => self.whole_weight(strategy, techniques, heuristic),

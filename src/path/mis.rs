@@ -67,19 +67,20 @@ pub(super) fn share(count: f32, per_own: f32) -> f32 {
 /// w_{s,t}(p̄): the share of a path that the strategy which found it may deposit.
 ///
 /// `strategy` must have found the path: its count and all its densities are positive. The ratios n p_{s',t'} / n p_{s,t}
-/// are built step by step outwards from the connection, never as products of densities, which would leave f32's range.
+/// are built step by step outwards from the connection, never as products of densities, and in f64: single ones may be as large as
+/// 10⁸³, and what leaves f32's range at one vertex may come back at the next.
 /// Returns a number in [0, 1]; the weights of all supported strategies sum to 1.
 #[inline(always)]
 pub fn mis_weight(path: &impl Densities, strategy: Strategy, techniques: &Techniques, heuristic: Heuristic) -> f32 {
-    let others = |lower: fn(f32) -> f32, higher: fn(f32) -> f32| others(path, strategy, techniques, lower, higher);
+    let others = |lower: fn(f64) -> f64, higher: fn(f64) -> f64| others(path, strategy, techniques, lower, higher);
     match heuristic {
         Heuristic::Balance => {
             let (lower_s, higher_s) = others(|r| r, |r| r);
-            1.0 / (1.0 + lower_s + higher_s)
+            (1.0 / (1.0 + lower_s + higher_s)) as f32
         }
         Heuristic::Power => {
             let (lower_s, higher_s) = others(|r| r * r, |r| mistake!(r * r, HeuristicHalfSquared => r));
-            1.0 / (1.0 + lower_s + higher_s)
+            (1.0 / (1.0 + lower_s + higher_s)) as f32
         }
         Heuristic::FirstSupported => {
             let (_, higher_s) = others(|r| r, |r| r);
@@ -95,20 +96,20 @@ fn others(
     path: &impl Densities,
     strategy: Strategy,
     techniques: &Techniques,
-    lower: fn(f32) -> f32,
-    higher: fn(f32) -> f32,
-) -> (f32, f32) {
+    lower: fn(f64) -> f64,
+    higher: fn(f64) -> f64,
+) -> (f64, f64) {
     let n = path.edges();
     debug_assert_eq!(n, strategy.edges());
     let count = |t: u32| effective_count(path, Strategy { s: n + 1 - t, t }, techniques);
     let per_own = 1.0 / count(strategy.t);
     // A ratio may overflow, and ∞·0 would be no number where the other strategy has no sample at all.
-    let term = |ratio: f32, count: f32| if count == 0.0 { 0.0 } else { ratio * share(count, per_own) };
+    let term = |ratio: f64, count: f32| if count == 0.0 { 0.0 } else { ratio * f64::from(share(count, per_own)) };
     let range = techniques.range(n);
     let (mut lower_s, mut ratio) = (0.0, 1.0);
     for i in strategy.t..*range.end() {
         // p_i moves from the light's part to the camera's, s falls.
-        ratio *= path.camera_density(i).0 / path.light_density(i).0;
+        ratio *= f64::from(path.camera_density(i).0) / f64::from(path.light_density(i).0);
         if ratio.is_nan() || ratio <= 0.0 {
             break;
         }
@@ -117,7 +118,7 @@ fn others(
     let (mut higher_s, mut ratio) = (0.0, 1.0);
     for i in (*range.start()..strategy.t).rev() {
         // p_i moves from the camera's part to the light's, s grows.
-        ratio *= path.light_density(i).0 / path.camera_density(i).0;
+        ratio *= f64::from(path.light_density(i).0) / f64::from(path.camera_density(i).0);
         if ratio.is_nan() || ratio <= 0.0 {
             break;
         }
@@ -195,7 +196,7 @@ mod tests {
     };
 
     use super::{
-        super::{Rivals, RunningSum},
+        super::{RivalSum, Rivals, RunningSum},
         *,
     };
     use crate::scene::camera::Sensor;
@@ -236,9 +237,13 @@ mod tests {
     }
 
     fn densities() -> impl Generator<Value = Arbitrary> {
-        (2_usize..9).prop_flat_map(|n| {
-            let density =
-                || prop::collection::vec(-5.0_f32..5.0, n).prop_map(|v| v.into_iter().map(f32::exp).collect());
+        densities_up_to(5.0)
+    }
+
+    /// Up to e^`log` and down to its reciprocal.
+    fn densities_up_to(log: f32) -> impl Generator<Value = Arbitrary> {
+        (2_usize..9).prop_flat_map(move |n| {
+            let density = || prop::collection::vec(-log..log, n).prop_map(|v| v.into_iter().map(f32::exp).collect());
             (density(), density(), prop::collection::vec(any::<bool>(), n), 0.1_f32..10.0, any::<bool>(), any::<bool>())
                 .prop_map(|(camera, light, delta, next_event, hittable, directions)| Arbitrary {
                     camera,
@@ -251,7 +256,76 @@ mod tests {
         })
     }
 
+    /// A table whose weights running sums can give.
+    fn separable(entries: &[u32]) -> impl Fn(Strategy) -> u32 {
+        let entry = |s: u32, t: u32| entries[(s * 10 + t) as usize];
+        move |x| match (x.s, x.t) {
+            (3.., 4..) => entry(0, 0),
+            (3.., t) => entry(9, t),
+            (s, 4..) => entry(s, 9),
+            (s, t) => entry(s, t),
+        }
+    }
+
+    const SENSOR: Sensor = Sensor { width: 7, height: 5, padding: 1 };
+
+    /// The weight of every strategy that could have found the path, by running sums.
+    fn weights_by_running_sums(path: &Arbitrary, table: &Techniques, heuristic: Heuristic) -> Vec<(Strategy, f32)> {
+        let n = path.edges() as usize;
+        let rivals = Rivals::of(table, heuristic).unwrap();
+        let (camera, light) = ([&path.camera, &path.light], [&path.light, &path.camera]);
+        // Along a subpath through all of the path from each side; a connection looks at the part that it has.
+        let along = |sum: &RunningSum, [own, other]: [&Vec<f32>; 2], at: &dyn Fn(usize) -> usize, ends: [f32; 2]| {
+            let delta = |j: usize| path.is_delta(at(j) as u32);
+            let next = |before: &mut RivalSum, j: usize| {
+                let free = j == 0 || !(delta(j) || delta(j - 1));
+                let connects = if free { ends.get(j).copied().unwrap_or(1.0) } else { 0.0 };
+                *before = sum.next(j, [other, own].map(|p| PdfArea(p[at(j)])), connects, *before);
+                Some(*before)
+            };
+            (0..n).scan(RivalSum::ZERO, next).collect::<Vec<_>>()
+        };
+        let from_camera = along(&rivals.camera, camera, &|j| j, [0.0, 1.0]);
+        let from_light = along(&rivals.light, light, &|j| n - j, [f32::from(path.hittable), path.next_event]);
+        let before = |sums: &[RivalSum], k: usize| k.checked_sub(3).map_or(RivalSum::ZERO, |j| sums[j]);
+        let strategies = (1..=n + 1).map(|t| Strategy { s: (n + 1 - t) as u32, t: t as u32 });
+        strategies
+            .filter(|x| table.range(n as u32).contains(&x.t) && effective_count(path, *x, table) > 0.0)
+            .map(|x| {
+                let sums = [before(&from_camera, x.t as usize), before(&from_light, x.s as usize)];
+                (x, rivals.weight(path, x, table, sums))
+            })
+            .collect()
+    }
+
+    /// w from the logarithms of n p, which have any range.
+    fn weight_by_logarithms(path: &Arbitrary, strategy: Strategy, table: &Techniques, exponent: f64) -> f64 {
+        let n = path.edges();
+        let log = |t: u32| {
+            let ratio = |i: u32| f64::from(path.camera[i as usize]).ln() - f64::from(path.light[i as usize]).ln();
+            f64::from(effective_count(path, Strategy { s: n + 1 - t, t }, table)).ln() + (1..t).map(ratio).sum::<f64>()
+        };
+        let own = log(strategy.t);
+        1.0 / table.range(n).map(|t| (exponent * (log(t) - own)).exp()).sum::<f64>()
+    }
+
     proptest! {
+        /// Over all of f32's range: near-smooth metals beside micrometre lamps are well within it.
+        #[test]
+        fn weights_of_any_densities_are_those_by_logarithms(path in densities_up_to(85.0), entries in prop::collection::vec(0_u32..3, 100)) {
+            let table = Techniques::new(SENSOR, 8, separable(&entries));
+            for (heuristic, exponent) in [(Heuristic::Balance, 1.0), (Heuristic::Power, 2.0)] {
+                for (strategy, running) in weights_by_running_sums(&path, &table, heuristic) {
+                    let exact = weight_by_logarithms(&path, strategy, &table, exponent);
+                    let whole = mis_weight(&path, strategy, &table, heuristic);
+                    for (weight, how) in [(running, "running"), (whole, "whole")] {
+                        let off = (f64::from(weight) - exact).abs();
+                        prop_assert!(off <= 1e-5 * exact + 1e-37, "{heuristic:?} {strategy}, {how}: {weight} for {exact}");
+                    }
+                }
+            }
+        }
+
         /// Σ n_s p_s (w_s F/(n_s p_s))² over the table is what one find deposits, whichever strategy found the path.
         #[test]
         fn a_relative_deposit_is_the_second_moment(path in densities(), entries in prop::collection::vec(0_u32..3, 100)) {
@@ -285,43 +359,14 @@ mod tests {
         /// For tables that allow it.
         #[test]
         fn running_sums_give_the_whole_tables_weights(path in densities(), entries in prop::collection::vec(0_u32..3, 100), other in 1_u32..3) {
-            let sensor = Sensor { width: 7, height: 5, padding: 1 };
-            let entry = |s: u32, t: u32| entries[(s * 10 + t) as usize];
-            let separable = |x: Strategy| match (x.s, x.t) {
-                (3.., 4..) => entry(0, 0),
-                (3.., t) => entry(9, t),
-                (s, 4..) => entry(s, 9),
-                (s, t) => entry(s, t),
-            };
-            let table = Techniques::new(sensor, 8, separable);
-            let n = path.edges() as usize;
+            let table = Techniques::new(SENSOR, 8, separable(&entries));
             for heuristic in [Heuristic::Balance, Heuristic::Power] {
-                let rivals = Rivals::of(&table, heuristic).unwrap();
-                // Along a subpath through all of the path from each side; a connection looks at the part that it has.
-                let along = |sum: &RunningSum, at: &dyn Fn(usize) -> usize, ratio: &dyn Fn(usize) -> f32, ends: [f32; 2]| {
-                    let delta = |j: usize| path.is_delta(at(j) as u32);
-                    (0..n).scan(0.0, |before, j| {
-                        let free = j == 0 || !(delta(j) || delta(j - 1));
-                        let connects = if free { ends.get(j).copied().unwrap_or(1.0) } else { 0.0 };
-                        *before = sum.next(j, ratio(at(j)), connects, *before);
-                        Some(*before)
-                    }).collect::<Vec<_>>()
-                };
-                let from_camera = along(&rivals.camera, &|j| j, &|i| path.light[i] / path.camera[i], [0.0, 1.0]);
-                let hittable = f32::from(path.hittable);
-                let from_light = along(&rivals.light, &|j| n - j, &|i| path.camera[i] / path.light[i], [hittable, path.next_event]);
-                for t in (1..=n + 1).filter(|t| table.range(n as u32).contains(&(*t as u32))) {
-                    let strategy = Strategy { s: (n + 1 - t) as u32, t: t as u32 };
-                    if effective_count(&path, strategy, &table) == 0.0 {
-                        continue;
-                    }
-                    let before = |sums: &[f32], k: usize| k.checked_sub(3).map_or(0.0, |j| sums[j]);
-                    let sums = [before(&from_camera, t), before(&from_light, n + 1 - t)];
-                    let (fast, whole) = (rivals.weight(&path, strategy, &table, sums), mis_weight(&path, strategy, &table, heuristic));
+                for (strategy, fast) in weights_by_running_sums(&path, &table, heuristic) {
+                    let whole = mis_weight(&path, strategy, &table, heuristic);
                     prop_assert!((fast - whole).abs() <= 1e-5 * whole, "{heuristic:?} {strategy}: {fast} {whole}");
                 }
             }
-            let one_more = Techniques::new(sensor, 8, |x| separable(x) + if (x.s, x.t) == (3, 4) { other } else { 0 });
+            let one_more = Techniques::new(SENSOR, 8, |x| separable(&entries)(x) + if (x.s, x.t) == (3, 4) { other } else { 0 });
             prop_assert!(Rivals::of(&one_more, Heuristic::Power).is_none());
         }
 

@@ -30,7 +30,7 @@ pub use definition::Path;
 pub use edge::Edge;
 pub use joined::{JoinedPath, Joint};
 pub use mis::{Densities, Heuristic, is_covered, mis_weight, relative_deposit};
-pub use rivals::{Rivals, RunningSum};
+pub use rivals::{RivalSum, Rivals, RunningSum};
 pub use strategy::{LightVertices, SharedLightVertices, Strategy, Technique, Techniques};
 pub use subpath::{Roulette, Step, Subpath};
 pub use vertex::Vertex;

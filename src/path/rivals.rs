@@ -9,6 +9,7 @@ use super::{
     Densities, Heuristic, Strategy, Techniques,
     mis::{effective_count, share},
 };
+use crate::sampling::PdfArea;
 
 /// What a table has against strategies further on, from both sides: the counts of the running sums.
 #[derive(Clone, Debug)]
@@ -39,22 +40,55 @@ enum Exponent {
 
 impl Exponent {
     #[inline(always)]
-    fn of(self, x: f32) -> f32 {
+    fn of(self, x: f64) -> f64 {
         match self {
             Self::One => x,
             Self::Two => x * x,
         }
     }
 
-    /// (ratio)^β (count^β + further): a vertex moves from one side to the other, and with it all further rivals.
-    ///
-    /// A ratio may overflow, and may be no number; neither makes anything of no rival. Nothing here is infinite, so that no product
-    /// with zero is lost.
+    /// (x^β + y^β)^{1/β} for numbers of any size.
     #[inline(always)]
-    fn moved(self, ratio: f32, count: f32, further: f32) -> f32 {
-        let all = self.of(count) + further;
-        if ratio > 0.0 && all > 0.0 { (self.of(ratio) * all).min(f32::MAX) } else { 0.0 }
+    fn sum(self, x: f64, y: f64) -> f64 {
+        match self {
+            Self::One => x + y,
+            Self::Two => {
+                let (small, large) = if x < y { (x, y) } else { (y, x) };
+                // Neither square has to be a number.
+                if small > 0.0 { large * (1.0 + (small / large).powi(2)).sqrt() } else { large }
+            }
+        }
     }
+}
+
+/// A running sum as a vertex keeps it: R_j^{1/β}, the upper half of an f64.
+///
+/// Densities of near-smooth metals and of micrometre lamps are 10¹² and more, and a sum may leave the range of f32 at one vertex, squared,
+/// and come back at the next. As a root it has the range of an f64, 10³⁰⁸, in which four vertices in a row may have a ratio as large as
+/// densities can be apart; 21 bits are left of it, an error of up to 2⁻²¹ at each vertex, in the four bytes that a vertex has for it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct RivalSum(u32);
+
+impl RivalSum {
+    /// No rivals.
+    pub const ZERO: Self = Self(0);
+
+    /// The nearest to a number of at least 0, which does not round to infinity.
+    #[inline(always)]
+    fn nearest(root: f64) -> Self {
+        Self(((root.min(1e308).to_bits() + (1 << 31)) >> 32) as u32)
+    }
+
+    #[inline(always)]
+    fn root(self) -> f64 {
+        f64::from_bits(u64::from(self.0) << 32)
+    }
+}
+
+/// How much the densities from two sides differ. Of two floats it may be as large as 10⁸³.
+#[inline(always)]
+fn ratio(other: PdfArea, own: PdfArea) -> f64 {
+    f64::from(other.0) / f64::from(own.0)
 }
 
 impl RunningSum {
@@ -64,12 +98,16 @@ impl RunningSum {
         self.counts.is_empty()
     }
 
-    /// R_j from R_{j−1}: `ratio` is p_other/p_own of the subpath's vertex j, counted from 0, and `connects` how many times its j-th
-    /// edge, between the vertices j−1 and j, counts as one that can be connected (the table's count apart).
+    /// R_j from R_{j−1}: `other` and `own` are the densities of the subpath's vertex j, counted from 0, from the other side and from its
+    /// own, and `connects` is how many times its j-th edge, between the vertices j−1 and j, counts as one that can be connected (the
+    /// table's count apart).
     #[inline(always)]
-    pub(super) fn next(&self, j: usize, ratio: f32, connects: f32, before: f32) -> f32 {
+    pub(super) fn next(&self, j: usize, [other, own]: [PdfArea; 2], connects: f32, before: RivalSum) -> RivalSum {
         let count = self.counts.get(j).copied().unwrap_or(0.0);
-        self.exponent.moved(ratio, count * connects, before)
+        let all = self.exponent.sum(f64::from(count * connects), before.root());
+        let ratio = ratio(other, own);
+        // A ratio may be infinite, and may be no number; neither makes anything of no rival.
+        if ratio > 0.0 && all > 0.0 { RivalSum::nearest(ratio * all) } else { RivalSum::ZERO }
     }
 }
 
@@ -109,32 +147,66 @@ impl Rivals {
         path: &impl Densities,
         strategy: Strategy,
         techniques: &Techniques,
-        [towards_camera, towards_light]: [f32; 2],
+        [towards_camera, towards_light]: [RivalSum; 2],
     ) -> f32 {
         let n = path.edges();
         let t = strategy.t;
         let exponent = self.camera.exponent;
         let count = |t: u32| effective_count(path, Strategy { s: n + 1 - t, t }, techniques);
         let per_own = 1.0 / count(t);
-        let near = |t: u32| share(count(t), per_own);
-        let further =
-            |sum: f32| if sum > 0.0 { (exponent.of(share(self.unit, per_own)) * sum).min(f32::MAX) } else { 0.0 };
+        let near = |t: u32| f64::from(share(count(t), per_own));
         let range = techniques.range(n);
-        let up = |i: u32| path.camera_density(i).0 / path.light_density(i).0;
-        let down = |i: u32| path.light_density(i).0 / path.camera_density(i).0;
+        // Up to two vertices move from one side to the other, and with them all further rivals. Each summand is multiplied out before it
+        // is squared: then one beyond f64 leaves nothing to the others, and one below it is nothing to them.
+        let term =
+            |ratio: f64, rivals: f64| if ratio > 0.0 && rivals > 0.0 { exponent.of(ratio * rivals) } else { 0.0 };
+        let further = |sum: RivalSum| f64::from(share(self.unit, per_own)) * sum.root();
+        let up = |i: u32| ratio(path.camera_density(i), path.light_density(i));
+        let down = |i: u32| ratio(path.light_density(i), path.camera_density(i));
         let (mut lower_s, mut higher_s) = (0.0, 0.0);
         if t < *range.end() {
+            let first = up(t);
+            lower_s = term(first, near(t + 1));
             if t + 1 < *range.end() {
-                lower_s = exponent.moved(up(t + 1), near(t + 2), further(towards_light));
+                let second = first * up(t + 1);
+                lower_s += term(second, near(t + 2)) + term(second, further(towards_light));
             }
-            lower_s = exponent.moved(up(t), near(t + 1), lower_s);
         }
         if t > *range.start() {
+            let first = down(t - 1);
+            higher_s = term(first, near(t - 1));
             if t - 1 > *range.start() {
-                higher_s = exponent.moved(down(t - 2), near(t - 2), further(towards_camera));
+                let second = first * down(t - 2);
+                higher_s += term(second, near(t - 2)) + term(second, further(towards_camera));
             }
-            higher_s = exponent.moved(down(t - 1), near(t - 1), higher_s);
         }
-        1.0 / (1.0 + lower_s + mistake!(higher_s, HeuristicHalfSquared => higher_s.sqrt()))
+        (1.0 / (1.0 + lower_s + mistake!(higher_s, HeuristicHalfSquared => higher_s.sqrt()))) as f32
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn roots_keep_their_range_and_21_bits() {
+        assert_eq!(RivalSum::ZERO.root(), 0.0);
+        for exponent in -300..308 {
+            for mantissa in [1.0, 1.234_567_890_123, 9.999_999_999_9] {
+                let root = mantissa * 10_f64.powi(exponent);
+                let off = (RivalSum::nearest(root).root() / root - 1.0).abs();
+                assert!(off <= 2_f64.powi(-21), "{root:e}: off by {off:e}");
+            }
+        }
+        let most = RivalSum::nearest(f64::INFINITY).root();
+        assert!((9.9e307..f64::INFINITY).contains(&most), "{most:e}");
+    }
+
+    #[test]
+    fn a_sum_of_powers_needs_none_of_them() {
+        for (x, y, sum) in [(3e200, 4e200, 5e200), (4e-200, 3e-200, 5e-200), (1e-300, 1e300, 1e300), (0.0, 7.0, 7.0)] {
+            assert!((Exponent::Two.sum(x, y) / sum - 1.0).abs() < 1e-15 && Exponent::One.sum(x, y) >= sum, "{x} {y}");
+        }
+        assert_eq!(Exponent::Two.sum(0.0, 0.0), 0.0);
     }
 }

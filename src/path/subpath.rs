@@ -2,10 +2,10 @@
 
 use glam::{Vec2, Vec3};
 
-use super::{Edge, RunningSum, Vertex};
+use super::{Edge, RivalSum, RunningSum, Vertex};
 use crate::{
     math::Rgb,
-    sampling::{Block, PdfArea, PdfSolidAngle, Sampler},
+    sampling::{Block, Chance, PdfArea, PdfSolidAngle, Sampler},
     scene::{
         Scene, Traced,
         bsdf::{Directions, Transport},
@@ -58,7 +58,7 @@ pub struct Step {
     pub survival: f32,
     /// What the strategies that connect before this vertex have against one that connects further on: see
     /// [`Rivals`](super::Rivals). Known, as `pdf_rev` is, once the walk has gone two vertices further.
-    pub rivals: f32,
+    pub rivals: RivalSum,
 }
 
 impl Step {
@@ -80,7 +80,7 @@ impl Step {
             pdf_fwd: pdf,
             pdf_rev: PdfArea::ZERO,
             survival: 1.0,
-            rivals: 0.0,
+            rivals: RivalSum::ZERO,
         }
     }
 
@@ -269,8 +269,8 @@ impl Subpath {
             return;
         }
         sampler.start(Block::START.of_branch(branch));
-        let (position, direction, choose) = (sampler.next_2d(), sampler.next_2d(), sampler.next_1d());
-        let Some(emission) = scene.sample_emission(choose, position, direction) else { return };
+        let (position, direction, choice) = (sampler.next_square(), sampler.next_2d(), sampler.next_choice());
+        let Some(emission) = scene.sample_emission(choice, position, direction) else { return };
         let p = emission.point;
         self.hittable = f32::from(p.light.is_some_and(|id| scene.lights().is_hittable(id)));
         self.push(Step::first(p, emission.pdf_position));
@@ -315,7 +315,7 @@ impl Subpath {
     fn depart(&mut self, way: Way, sampler: &mut impl Sampler) -> Option<Departure> {
         sampler.start(Block::scattering(self.len as u32 - 1).of_branch(way.branch));
         let u = sampler.next_3d();
-        let survive = sampler.next_1d();
+        let survive = sampler.next_chance();
         let departure = self.scatter(way, u, survive)?;
         self.sum_rivals();
         Some(departure)
@@ -339,7 +339,7 @@ impl Subpath {
             if !std::mem::replace(&mut started, true) {
                 sampler.start(passing);
             }
-            sampler.next_1d() < alpha
+            sampler.next_chance().falls_below(alpha)
         };
         let Departure { origin, direction, .. } = *departure;
         let leaves_lens = transport == Transport::Radiance && self.len == 1;
@@ -373,7 +373,7 @@ impl Subpath {
             pdf_fwd: departure.pdf.to_area(&edge),
             pdf_rev: PdfArea::ZERO,
             survival: departure.survival,
-            rivals: 0.0,
+            rivals: RivalSum::ZERO,
         });
     }
 
@@ -386,7 +386,7 @@ impl Subpath {
         // How many times the edge towards it counts as one that can be connected, and the sum up to there.
         let (connects, before) = match self.steps() {
             // p_n alone: what hits it. The camera's table has no such count.
-            [_, _] => (self.hittable, 0.0),
+            [_, _] => (self.hittable, RivalSum::ZERO),
             // The edge to p_n is that of next-event estimation; the camera's first has the ratio 1.
             [from, to, _] if !to.vertex.is_delta() => (self.next_event_ratio, from.rivals),
             [.., from, to, _] if !(from.vertex.is_delta() || to.vertex.is_delta()) => (1.0, from.rivals),
@@ -395,13 +395,13 @@ impl Subpath {
         };
         let j = self.len - 2;
         let Step { pdf_fwd, pdf_rev, .. } = self.room[j];
-        self.room[j].rivals = self.rivals.next(j, pdf_rev.0 / pdf_fwd.0, connects, before);
+        self.room[j].rivals = self.rivals.next(j, [pdf_rev, pdf_fwd], connects, before);
     }
 
     /// Samples how the walk leaves its last vertex, and fills in what that decides: the vertex's lobe and its
     /// predecessor's other-side density.
     #[inline(always)]
-    fn scatter(&mut self, Way { transport, roulette, .. }: Way, u: Vec3, survive: f32) -> Option<Departure> {
+    fn scatter(&mut self, Way { transport, roulette, .. }: Way, u: Vec3, survive: Chance) -> Option<Departure> {
         let edges = self.len as u32 - 1;
         let [.., before, here] = &mut self.room[..self.len] else { return None };
         let known = here.back.direction;
@@ -433,7 +433,7 @@ impl Subpath {
         if let Some(kept) = kept {
             let q = kept.min(Roulette::SUREST);
             // A ratio that is no number gives q = 0.95, for `min` passes over NaN: the walk goes on and the film counts it.
-            if survive >= q {
+            if !survive.falls_below(q) {
                 return None;
             }
             survival *= q;

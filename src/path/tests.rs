@@ -50,9 +50,9 @@ fn seen(scene: &Scene) -> Vertex {
 fn sampled(scene: &Scene, next_event: bool) -> Vertex {
     let from = seen(scene).point;
     let point: Point = if next_event {
-        scene.sample_next_event(&from, Vec3::new(0.3, 0.4, 0.5), 0).expect("a light").0
+        scene.sample_next_event(&from, Vec2::new(0.3, 0.4).into(), 0.5.into(), 0).expect("a light").0
     } else {
-        scene.sample_emission(0.5, Vec2::new(0.3, 0.4), Vec2::splat(0.5)).expect("a light").point
+        scene.sample_emission(0.5.into(), Vec2::new(0.3, 0.4).into(), Vec2::splat(0.5)).expect("a light").point
     };
     Vertex::new(point)
 }

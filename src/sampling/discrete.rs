@@ -1,11 +1,13 @@
 //! Choosing one of many in proportion to given weights.
 
+use super::choice::{Choice, Remainder, divide, find};
+
 /// A distribution over 0…n−1 in proportion to non-negative weights, sampled by bisection of its cumulative sum.
 #[derive(Clone, Debug, Default)]
 pub struct Discrete {
-    /// `cumulative[i]` is the sum of the probabilities before `i`; the last entry is exactly 1. In f64, so that an index of
-    /// little weight keeps a positive probability.
-    cumulative: Vec<f64>,
+    /// Where the integers of each index begin: see [`divide`].
+    begins: Vec<u64>,
+    /// That of an index is how many integers choose it.
     probability: Vec<f32>,
 }
 
@@ -14,23 +16,16 @@ impl Discrete {
     ///
     /// # Panics
     /// If the sum of the weights is not finite.
-    pub fn new(weights: &[f32]) -> Self {
-        debug_assert!(weights.iter().all(|w| w.is_finite() && *w >= 0.0));
-        let total: f64 = weights.iter().copied().map(f64::from).sum();
+    pub fn new(weights: &[f64]) -> Self {
+        let total: f64 = weights.iter().sum();
         assert!(total.is_finite(), "weights add up to {total}");
-        if total <= 0.0 {
+        let mut begins = Vec::with_capacity(weights.len());
+        if !divide(weights, &mut begins) {
             return Self::default();
         }
-        let mut sum = 0.0_f64;
-        let mut cumulative = Vec::with_capacity(weights.len() + 1);
-        for &w in weights {
-            cumulative.push(sum / total);
-            sum += f64::from(w);
-        }
-        cumulative.push(1.0);
-        // The probability that bisection really gives.
-        let probability = cumulative.windows(2).map(|c| (c[1] - c[0]) as f32).collect();
-        Self { cumulative, probability }
+        let ends = begins.iter().skip(1).chain([&Choice::COUNT]);
+        let probability = begins.iter().zip(ends).map(|(begin, end)| Choice::probability(end - begin)).collect();
+        Self { begins, probability }
     }
 
     /// Whether there is nothing to choose from.
@@ -38,28 +33,16 @@ impl Discrete {
         self.probability.is_empty()
     }
 
-    /// The index that the uniform number `u` in [0, 1) selects, and its probability.
+    /// The index that `choice` leads to, and where in the index's share it lies.
     ///
     /// # Panics
     /// If the distribution is empty.
     #[inline]
-    pub fn sample(&self, u: f32) -> (usize, f32) {
-        let i = self.cumulative.partition_point(|c| *c <= f64::from(u)) - 1;
-        (i, self.probability[i])
+    pub fn sample(&self, choice: Choice) -> (usize, Remainder) {
+        find(&self.begins, choice)
     }
 
-    /// The index that `u` selects, and where in the index's share `u` lies: a uniform number in [0, 1) again.
-    ///
-    /// # Panics
-    /// If the distribution is empty.
-    #[inline]
-    pub fn sample_rest(&self, u: f32) -> (usize, f32) {
-        let (i, p) = self.sample(u);
-        let rest = (f64::from(u) - self.cumulative[i]) / f64::from(p);
-        (i, (rest as f32).clamp(0.0, 1.0_f32.next_down()))
-    }
-
-    /// The probability of index `i`.
+    /// The probability of index `i`: positive exactly where its weight is.
     #[inline]
     pub fn probability(&self, i: usize) -> f32 {
         self.probability[i]
@@ -76,11 +59,36 @@ mod tests {
         let n = 4000;
         let mut counts = [0; 5];
         for k in 0..n {
-            let (i, p) = d.sample(k as f32 / n as f32);
-            assert_eq!(p, d.probability(i));
-            counts[i] += 1;
+            counts[d.sample(Choice::from((k as f32 + 0.5) / n as f32)).0] += 1;
         }
         assert_eq!(counts, [0, n / 4, 0, 3 * n / 4, 0]);
-        assert!(Discrete::new(&[0.0]).is_empty());
+        assert_eq!([0, 1, 2, 3, 4].map(|i| d.probability(i)), [0.0, 0.25, 0.0, 0.75, 0.0]);
+        for end in [0, u64::MAX] {
+            assert!(d.probability(d.sample(Choice::new(end)).0) > 0.0);
+        }
+        assert!(Discrete::new(&[0.0]).is_empty() && Discrete::new(&[]).is_empty());
+    }
+
+    /// What 24 bits leave out: beside a heavy weight, most of a million light ones.
+    #[test]
+    fn every_index_of_a_million_has_numbers_in_proportion() {
+        let mut weights = vec![1e-3; 1_000_000];
+        weights[17] = 1e10;
+        let d = Discrete::new(&weights);
+        let total = 1e10 + 999.999;
+        for i in (0..1_000_000).step_by(997).chain([16, 17, 18, 999_999]) {
+            let p = weights[i] / total;
+            assert!((f64::from(d.probability(i)) / p - 1.0).abs() < 1e-6, "{i}: {}", d.probability(i));
+            // The middle of its share.
+            let before = p * (i as f64 + 0.5) + if i > 17 { 1e10 / total - p } else { 0.0 };
+            let middle = if i == 17 {
+                1 << 63
+            } else if i < 17 {
+                (before * 2_f64.powi(64)) as u64
+            } else {
+                Choice::COUNT - (((999_999 - i) as f64 + 0.5) * p * 2_f64.powi(64)) as u64
+            };
+            assert_eq!(d.sample(Choice::new(middle)).0, i);
+        }
     }
 }

@@ -2,7 +2,7 @@
 
 use rand_philox::philox4x32_10;
 
-use super::{Block, Sampler, Stream};
+use super::{Block, Choice, Sampler, Stream};
 
 /// Independent uniform numbers from the counter-based generator Philox4x32-10
 /// (Salmon et al. 2011, *Parallel Random Numbers: As Easy as 1, 2, 3*).
@@ -30,16 +30,22 @@ impl Sampler for Independent {
     fn start(&mut self, _: Block) {}
 
     #[inline]
-    fn next_1d(&mut self) -> f32 {
+    fn next_word(&mut self) -> u32 {
         if self.used == 4 {
             self.block = philox4x32_10(self.counter, self.key);
             self.counter[0] += 1;
             self.used = 0;
         }
-        let bits = self.block[self.used];
+        let word = self.block[self.used];
         self.used += 1;
-        // 24 bits fill an f32 exactly and can never round up to 1.
-        (bits >> 8) as f32 * (1.0 / 16_777_216.0)
+        word
+    }
+
+    /// Two words.
+    #[inline]
+    fn next_choice(&mut self) -> Choice {
+        let high = self.next_word();
+        Choice::of_words(high, self.next_word())
     }
 }
 

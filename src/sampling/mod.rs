@@ -1,5 +1,6 @@
 //! Random numbers, warps, discrete distributions, reconstruction filters and the measures of densities.
 
+mod choice;
 mod discrete;
 mod filter;
 mod independent;
@@ -8,6 +9,8 @@ mod sampler;
 mod sobol;
 pub mod warp;
 
+pub use choice::{Chance, Choice, Half, Remainder, Square};
+pub(crate) use choice::{divide, find};
 pub use discrete::Discrete;
 pub use filter::Filter;
 pub use independent::Independent;

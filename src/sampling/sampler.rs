@@ -4,6 +4,8 @@ use std::{fmt, str::FromStr};
 
 use glam::{Vec2, Vec3};
 
+use super::choice::{Chance, Choice, Square, unit};
+
 /// Numbers in [0, 1) for one sample of one pixel, taken dimension after dimension.
 pub trait Sampler: Clone {
     /// The sequence of one sample of one pixel, before its first block. `pixel` is any number that names the pixel of the full image.
@@ -19,8 +21,30 @@ pub trait Sampler: Clone {
     /// however many numbers the vertices before it took. Blocks are visited in any order, each once.
     fn start(&mut self, block: Block);
 
+    /// The next dimension, as an integer.
+    fn next_word(&mut self) -> u32;
+
+    /// The next dimension, for choosing one of many: its word, and 32 more bits below it.
+    fn next_choice(&mut self) -> Choice;
+
     /// The next dimension.
-    fn next_1d(&mut self) -> f32;
+    #[inline(always)]
+    fn next_1d(&mut self) -> f32 {
+        unit(self.next_word())
+    }
+
+    /// The next dimension, for what happens or does not.
+    #[inline(always)]
+    fn next_chance(&mut self) -> Chance {
+        Chance(self.next_word())
+    }
+
+    /// The next two dimensions, for a place that may have to be chosen among many.
+    #[inline(always)]
+    fn next_square(&mut self) -> Square {
+        let x = self.next_word();
+        Square([x, self.next_word()])
+    }
 
     /// The next two dimensions.
     #[inline(always)]

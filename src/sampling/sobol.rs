@@ -5,10 +5,10 @@ use std::{array, sync::LazyLock};
 use rand_philox::philox4x32_10;
 use sobol_burley::{
     NUM_DIMENSION_SETS_4D,
-    parts::{hash, owen_scramble_rev, sobol_rev, u32_to_f32_norm},
+    parts::{hash, owen_scramble_rev, sobol_rev},
 };
 
-use super::{Block, Sampler, Stream, sampler::Kind};
+use super::{Block, Choice, Sampler, Stream, sampler::Kind};
 
 /// Owen-scrambled Sobol sequences (Burley 2020, *Practical Hash-based Owen Scrambling*): over the samples of a pixel, the numbers
 /// of a block fill its four dimensions evenly, and each is uniformly distributed by itself.
@@ -24,7 +24,7 @@ pub struct Sobol {
     block: Block,
     /// How often the block has run out of dimensions.
     overrun: u32,
-    numbers: [f32; 4],
+    words: [u32; 4],
     used: usize,
 }
 
@@ -54,7 +54,7 @@ impl Sampler for Sobol {
             index,
             block: Block::START,
             overrun: 0,
-            numbers: [0.0; 4],
+            words: [0; 4],
             used: 4,
         })
     }
@@ -63,18 +63,25 @@ impl Sampler for Sobol {
     fn start(&mut self, block: Block) {
         self.block = block;
         self.overrun = 0;
-        self.numbers = self.four();
+        self.words = self.four();
         self.used = 0;
     }
 
     #[inline(always)]
-    fn next_1d(&mut self) -> f32 {
+    fn next_word(&mut self) -> u32 {
         if self.used == 4 {
             self.go_on();
         }
-        let number = self.numbers[self.used];
+        let word = self.words[self.used];
         self.used += 1;
-        number
+        word
+    }
+
+    /// The dimension's word, which keeps the choices of a pixel's samples even, and a hash below it.
+    #[inline(always)]
+    fn next_choice(&mut self) -> Choice {
+        let word = self.next_word();
+        Choice::of_words(word, hash(word ^ hash(self.scramble ^ self.index.wrapping_mul(0x9e37_79b9))))
     }
 }
 
@@ -84,13 +91,13 @@ impl Sobol {
     #[inline(never)]
     fn go_on(&mut self) {
         self.overrun += 1;
-        self.numbers = self.four();
+        self.words = self.four();
         self.used = 0;
     }
 
     /// The next four numbers: of the block's own dimensions the first time, of a sequence with a new scramble after that.
     #[inline(always)]
-    fn four(&self) -> [f32; 4] {
+    fn four(&self) -> [u32; 4] {
         let Block { number, kind } = self.block;
         let (set, pad) = match kind {
             Kind::Joint => (number % NUM_DIMENSION_SETS_4D, (number / NUM_DIMENSION_SETS_4D, 0)),
@@ -105,24 +112,21 @@ impl Sobol {
     }
 }
 
-/// [`sobol_burley::sample_4d`], which takes twice as many instructions: it adds the points' bits one by one, and multiplies as the first
+/// [`sobol_burley::sample_4d`] before it becomes floats, which takes twice as many instructions: it adds the points' bits one by one, and multiplies as the first
 /// processors with 64 bits could. This adds four bits at once, and is compiled for the processor's own instructions.
 #[inline(always)]
-fn sample_4d(index: u32, set: u32, seed: u32) -> [f32; 4] {
+fn sample_4d(index: u32, set: u32, seed: u32) -> [u32; 4] {
     let shuffled = owen_scramble_rev(index.reverse_bits(), hash(seed ^ 0x79c6_8e4a));
     let [a, b, c, d] = &POINTS[set as usize];
     let bits = |from: u32| (shuffled >> from) as usize % 16;
     let (a, b, c, d) = (a[bits(28)], b[bits(24)], c[bits(20)], d[bits(16)]);
     let salt = set ^ seed.wrapping_mul(0x9c8f_2d3b);
-    // Loops, because closures of the standard library's arrays are not compiled for the processor's own instructions.
-    let (mut words, mut numbers) = ([0x912f_69ba, 0x174f_18ab, 0x691e_72ca, 0xb40c_c1b8_u32], [0.0; 4]);
+    // A loop, because closures of the standard library's arrays are not compiled for the processor's own instructions.
+    let mut words = [0x912f_69ba, 0x174f_18ab, 0x691e_72ca, 0xb40c_c1b8_u32];
     for (i, word) in words.iter_mut().enumerate() {
-        *word = owen_scramble_rev(a[i] ^ b[i] ^ c[i] ^ d[i], hash(salt ^ *word));
+        *word = owen_scramble_rev(a[i] ^ b[i] ^ c[i] ^ d[i], hash(salt ^ *word)).reverse_bits();
     }
-    for (number, word) in numbers.iter_mut().zip(words) {
-        *number = u32_to_f32_norm(word.reverse_bits());
-    }
-    numbers
+    words
 }
 
 /// For each four of the index's sixteen (reversed) bits, what these add to the point in four dimensions.
@@ -137,6 +141,7 @@ static POINTS: LazyLock<Box<[PointsOfBits]>> = LazyLock::new(|| {
 
 #[cfg(test)]
 mod tests {
+    use sobol_burley::parts::u32_to_f32_norm;
     use statrs::distribution::{ChiSquared, ContinuousCDF};
 
     use super::*;
@@ -175,7 +180,8 @@ mod tests {
         for (i, seed) in [0, 1, 0x9e37_79b9, u32::MAX, 12_345].into_iter().enumerate() {
             for index in (i as u32..1 << LENGTH).step_by(97) {
                 let set = index % NUM_DIMENSION_SETS_4D;
-                assert_eq!(sample_4d(index, set, seed), sobol_burley::sample_4d(index, set, seed));
+                let words = sample_4d(index, set, seed);
+                assert_eq!(words.map(u32_to_f32_norm), sobol_burley::sample_4d(index, set, seed));
             }
         }
     }
@@ -207,6 +213,37 @@ mod tests {
         let expected = f64::from(total) / counts.len() as f64;
         let chi2: f64 = counts.iter().map(|c| (f64::from(*c) - expected).powi(2) / expected).sum();
         1.0 - ChiSquared::new(counts.len() as f64 - 1.0).unwrap().cdf(chi2)
+    }
+
+    /// The bits of a choice below its dimension's word, across pixels and along a pixel's sequence: even, and independent of the word's
+    /// own and of another choice's.
+    #[test]
+    fn the_lower_bits_of_choices_are_even_and_independent() {
+        let choices = |pixel: u32, sample: u32| {
+            let mut s = Sobol::new(7, pixel, sample, Stream::Light);
+            [Block::START, Block::scattering(1)].map(|block| {
+                s.start(block);
+                s.next_choice().bits()
+            })
+        };
+        let of_pixels: Vec<_> = (0..40_000).map(|i| choices((i / 256) << 16 | (i % 256), 6)).collect();
+        let of_samples: Vec<_> = (0..40_000).map(|i| choices(77, 2 * i)).collect();
+        let (mut smallest, mut tests) = (1.0_f64, 0);
+        for points in [of_pixels, of_samples] {
+            // Nibbles: of one choice the word's highest and lowest, and the lower word's highest and lowest; of the other the latter.
+            let nibbles = |[a, b]: &[u64; 2]| [a >> 60, a >> 32, a >> 28, *a, b >> 28, *b].map(|x| (x % 16) as usize);
+            let points: Vec<_> = points.iter().map(nibbles).collect();
+            // The word's own are not independent along a sequence, but even.
+            for (a, b) in [(0, 2), (0, 3), (1, 2), (1, 3), (2, 3), (2, 4), (3, 5), (2, 5)] {
+                let mut counts = vec![0; 256];
+                for p in &points {
+                    counts[p[a] * 16 + p[b]] += 1;
+                }
+                smallest = smallest.min(p_of_even_counts(&counts));
+                tests += 1;
+            }
+        }
+        assert!(smallest * f64::from(tests) > 1e-3, "{smallest:e} is the smallest of {tests} p-values");
     }
 
     /// Across pixels, one sample of each: what is correlated between streams, blocks, halves or neighbours would crowd into

@@ -2,10 +2,10 @@
 
 use std::collections::HashMap;
 
-use glam::Vec3;
+use glam::Vec2;
 
 use super::{Scene, geometry::PrimitiveId, point::Point};
-use crate::sampling::{Discrete, PdfArea};
+use crate::sampling::{Choice, Discrete, PdfArea};
 
 /// A distribution over the points of some primitives, uniform on each of them.
 #[derive(Clone, Debug)]
@@ -26,30 +26,28 @@ impl SurfaceAreas {
     /// Uniform in area over all.
     pub(super) fn uniform(scene: &Scene, primitives: impl Iterator<Item = PrimitiveId>) -> Self {
         let primitives: Vec<_> = primitives.collect();
-        let areas: Vec<_> = primitives.iter().map(|id| scene.geometry.area(*id)).collect();
-        let total: f64 = areas.iter().copied().map(f64::from).sum();
+        let areas: Vec<_> = primitives.iter().map(|id| f64::from(scene.geometry.area(*id))).collect();
+        let total: f64 = areas.iter().sum();
         Self { primitives, choice: Discrete::new(&areas), density: Density::Everywhere((1.0 / total) as f32) }
     }
 
     /// In proportion to a weight of each primitive, which is finite and not negative.
     pub(super) fn weighted(scene: &Scene, weighted: impl Iterator<Item = (PrimitiveId, f64)>) -> Self {
         let (primitives, weights): (Vec<_>, Vec<f64>) = weighted.unzip();
-        let all: f64 = weights.iter().sum();
-        let share = |weight: f64| if all > 0.0 { weight / all } else { 0.0 };
-        let density =
-            |(id, weight): (&PrimitiveId, &f64)| (*id, (share(*weight) / f64::from(scene.geometry.area(*id))) as f32);
-        let density = Density::On(primitives.iter().zip(&weights).map(density).collect());
-        let shares: Vec<_> = weights.iter().map(|weight| share(*weight) as f32).collect();
-        Self { primitives, choice: Discrete::new(&shares), density }
+        let choice = Discrete::new(&weights);
+        let density = |(i, id): (usize, &PrimitiveId)| (*id, choice.probability(i) / scene.geometry.area(*id));
+        let chosen = primitives.iter().enumerate().filter(|_| !choice.is_empty());
+        let density = Density::On(chosen.map(density).collect());
+        Self { primitives, choice, density }
     }
 
-    /// A point of `scene`, with the density [`SurfaceAreas::pdf`]; `None` where there is no surface. `u.z` chooses the primitive.
-    pub fn sample(&self, scene: &Scene, u: Vec3) -> Option<Point> {
+    /// A point of `scene`, with the density [`SurfaceAreas::pdf`]; `None` where there is no surface. `choice` leads to the primitive.
+    pub fn sample(&self, scene: &Scene, u: Vec2, choice: Choice) -> Option<Point> {
         if self.choice.is_empty() {
             return None;
         }
-        let (i, _) = self.choice.sample(u.z);
-        Some(scene.point_on(self.primitives[i], u.truncate()))
+        let (i, _) = self.choice.sample(choice);
+        Some(scene.point_on(self.primitives[i], u))
     }
 
     /// The density of `point`, which lies on one of the primitives.

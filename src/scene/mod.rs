@@ -25,7 +25,10 @@ use self::{
     material::{BackFaces, Coverage, Material, MaterialId},
     point::{Place, Point},
 };
-use crate::{math::Rgb, sampling::PdfArea};
+use crate::{
+    math::Rgb,
+    sampling::{Choice, PdfArea, Square},
+};
 
 /// A scene, immutable while it is rendered.
 #[derive(Clone, Debug)]
@@ -261,14 +264,14 @@ impl Scene {
 
     /// [`Lights::sample_next_event`] for this scene.
     #[inline(always)]
-    pub fn sample_next_event(&self, from: &Point, u: Vec3, nth: u32) -> Option<(Point, PdfArea)> {
-        self.lights.sample_next_event(&self.geometry, &self.materials, from, u, nth)
+    pub fn sample_next_event(&self, from: &Point, u: Square, choice: Choice, nth: u32) -> Option<(Point, PdfArea)> {
+        self.lights.sample_next_event(&self.geometry, &self.materials, from, u, choice, nth)
     }
 
     /// [`Lights::sample_emission`] for this scene.
     #[inline(always)]
-    pub fn sample_emission(&self, choose: f32, position: Vec2, direction: Vec2) -> Option<light::Emission> {
-        self.lights.sample_emission(&self.geometry, &self.materials, choose, position, direction)
+    pub fn sample_emission(&self, choice: Choice, position: Square, direction: Vec2) -> Option<light::Emission> {
+        self.lights.sample_emission(&self.geometry, &self.materials, choice, position, direction)
     }
 
     /// The radiance of the scene's surfaces if all that the lights emit were spread evenly over their area: Φ/(π A). A scale of what an

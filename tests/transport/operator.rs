@@ -7,12 +7,12 @@
 //!
 //! The matrix is exact but for taking radiance as constant over a patch: two resolutions say how much that is, and it is allowed for.
 
-use glam::{DVec3, Vec2, Vec3};
+use glam::{DVec3, Vec3};
 use pathspace::{
     integrator::IntegratorKind,
     math::{Frame, Rgb},
     path::{Densities, JoinedPath},
-    sampling::{Filter, Independent, Sampler, Stream, warp},
+    sampling::{Choice, Filter, Independent, Sampler, Stream, warp},
     scene::{
         Scene,
         camera::{Camera, Sensor},
@@ -298,7 +298,7 @@ fn k_by_rays_is_k_by_configuration_factors() {
     let mut sums = vec![(0.0, 0.0, 0.0); patches.count()];
     let mut sampler = Independent::new(8, 0, 0, Stream::Camera);
     for _ in 0..SAMPLES * 96 {
-        let p = scene.surfaces().sample(&scene, sampler.next_3d()).expect("walls");
+        let p = scene.surfaces().sample(&scene, sampler.next_2d(), sampler.next_choice()).expect("walls");
         let w = Frame::around(p.normal).to_world(warp::cosine_hemisphere(sampler.next_2d()));
         let q = scene.trace(&p, w).expect("the box is closed");
         let i = patch_of(&p);
@@ -336,7 +336,7 @@ fn a_ray_leads_back_to_where_it_came_from() {
         let mut sampler = Independent::new(3, 0, 0, Stream::Camera);
         let (mut rays, mut lost, mut unseen, mut worst) = (0_u32, 0, 0, 0.0_f32);
         while rays < 20_000 {
-            let p = scene.surfaces().sample(&scene, sampler.next_3d()).expect("surfaces");
+            let p = scene.surfaces().sample(&scene, sampler.next_2d(), sampler.next_choice()).expect("surfaces");
             let w = warp::sphere(sampler.next_2d());
             let Some(q) = scene.trace(&p, w) else {
                 rays += 1;
@@ -374,8 +374,7 @@ fn what_arrives_is_what_left() {
     let scene = scenes::sphere_furnace(0.5, 1.5, scenes::square(8, Filter::Box));
     let mut sampler = Independent::new(4, 0, 0, Stream::Camera);
     for _ in 0..2000 {
-        let p =
-            scene.surfaces().sample(&scene, Vec2::new(sampler.next_1d(), sampler.next_1d()).extend(0.5)).expect("wall");
+        let p = scene.surfaces().sample(&scene, sampler.next_2d(), Choice::from(0.5)).expect("wall");
         let w = -Frame::around(p.normal).to_world(warp::cosine_hemisphere(sampler.next_2d()));
         let q = scene.trace(&p, w).expect("closed");
         assert_eq!(scene.le(&q, -w), Rgb::splat(1.5));

@@ -1,16 +1,24 @@
 //! Options that change how an image is estimated and not what it is: choices among lights, splitting, roulette.
 
+use glam::{DQuat, DVec3, Vec3};
 use pathspace::{
     film::Crop,
     integrator::{Integrator, IntegratorKind, RelativeRoulette},
+    math::Rgb,
     path::{JoinedPath, Roulette},
     render::{Renderer, Settings},
-    sampling::Filter,
-    scene::{Scene, light::LightChoice},
+    sampling::{Filter, SamplerKind},
+    scene::{
+        Scene,
+        geometry::Geometry,
+        light::LightChoice,
+        material::{Material, MaterialId},
+    },
 };
 
 use crate::{
     agreement::{Run, assert_agree, settings},
+    closed_forms::receiver::Receiver,
     identity, scenes,
 };
 
@@ -51,12 +59,12 @@ fn assert_same_image(scene: &str, variants: &[Variant]) {
 fn courtyard() -> Scene {
     let others = [
         pathspace::scene::light::Light::Point {
-            position: glam::Vec3::new(0.3, 0.4, 0.5),
-            intensity: pathspace::math::Rgb::new(0.4, 0.5, 0.6),
+            position: Vec3::new(0.3, 0.4, 0.5),
+            intensity: Rgb::new(0.4, 0.5, 0.6),
         },
         pathspace::scene::light::Light::Directional {
-            towards: glam::Vec3::new(0.3, 0.8, 0.4).normalize(),
-            irradiance: pathspace::math::Rgb::splat(1.0),
+            towards: Vec3::new(0.3, 0.8, 0.4).normalize(),
+            irradiance: Rgb::splat(1.0),
         },
     ];
     scenes::courtyard(&others, scenes::square(16, Filter::Box))
@@ -264,4 +272,65 @@ fn the_tree_lowers_the_noise_of_many_lights() {
     let [uniform, power, tree] = [LightChoice::Uniform, LightChoice::Power, LightChoice::Tree].map(noise);
     println!("noise {uniform:.2e} uniformly, {power:.2e} by power, {tree:.2e} by the tree");
     assert!(tree < 0.4 * power && tree < 0.4 * uniform, "{uniform} {power} {tree}");
+}
+
+/// 150 bright triangles that shine away to each lamp above a square. A lamp's probability is less than 2⁻²⁴, and the lamps stand where
+/// numbers of 24 bits, or of 23, choose none of them.
+#[test]
+fn lamps_in_a_crowd_light_what_is_below_them() {
+    const SIDE: u32 = 64;
+    const RADIANCE: f32 = 1e3;
+    let receiver = Receiver::new(DVec3::ZERO, DQuat::IDENTITY, 1.0);
+    let mut geometry = Geometry::default();
+    receiver.add(&mut geometry, 0);
+    // A power of two, as are all places, so that the areas are the same to the last bit.
+    let size = 2.0_f32.powi(-13);
+    let mut add = |count: u32, at: &dyn Fn(u32) -> Vec3, material| {
+        // Facing down.
+        let corners: Vec<_> =
+            (0..count).flat_map(|i| [Vec3::ZERO, Vec3::X, Vec3::Z].map(|d| at(i) + size * d)).collect();
+        let triangles: Vec<_> = (0..count).map(|i| [3 * i, 3 * i + 1, 3 * i + 2]).collect();
+        geometry.add_triangles(&corners, None, &triangles, MaterialId(material));
+    };
+    let place = |lamp: u32| Vec3::new((lamp % SIDE) as f32, 0.0, (lamp / SIDE) as f32) / SIDE as f32 - 0.5;
+    for lamp in 0..SIDE * SIDE {
+        let crowd = |i: u32| place(lamp) - Vec3::Y * (4.0 + 1e-3 * i as f32);
+        add(20, &crowd, 1);
+        add(1, &|_| place(lamp) + Vec3::Y, 2);
+        add(130, &crowd, 1);
+    }
+    let lamp = |radiance| Material::diffuse("lamp", Rgb::ZERO).emitting(Rgb::splat(radiance));
+    let materials = vec![Receiver::material(), lamp(65.0 * RADIANCE), lamp(RADIANCE)];
+    let camera = receiver.pinhole(2.0, scenes::square(32, Filter::Box));
+    let sensor = camera.sensor();
+    let mut scene = Scene::new(geometry, materials, &[], camera);
+    let irradiance = |p: DVec3| {
+        let of = |l: u32| {
+            let d = place(l).as_dvec3() + DVec3::Y - p;
+            d.y * d.y / d.length_squared().powi(2)
+        };
+        (0..SIDE * SIDE).map(of).sum::<f64>() * 0.5 * f64::from(size * size * RADIANCE)
+    };
+    let fine = 24;
+    let at = |i: u32| (f64::from(i) + 0.5) / f64::from(fine);
+    let sum: f64 = (0..fine * fine).map(|i| irradiance(receiver.at(at(i % fine), at(i / fine)))).sum();
+    let expected = Receiver::ALBEDO / std::f64::consts::PI * sum / f64::from(fine * fine);
+
+    use SamplerKind::{Independent, Sobol};
+    for (choice, integrator, sampler, passes, tolerance) in [
+        (LightChoice::Power, IntegratorKind::Light, Independent, 512, 0.5),
+        (LightChoice::Power, IntegratorKind::Path, Sobol, 512, 0.4),
+        (LightChoice::Power, IntegratorKind::Bdpt, Sobol, 512, 0.4),
+        (LightChoice::Tree, IntegratorKind::Path, Sobol, 32, 0.02),
+        (LightChoice::Tree, IntegratorKind::Bdpt, Independent, 32, 0.02),
+    ] {
+        scene = scene.choosing_lights(choice);
+        let settings = Settings { integrator, sampler, max_depth: 2, ..Settings::new(sensor) };
+        let mut renderer = Renderer::new(&scene, &settings);
+        (0..passes).for_each(|_| renderer.pass());
+        let pixels = renderer.film().image(passes).pixels;
+        let found = pixels.iter().map(|p| f64::from(p.x)).sum::<f64>() / pixels.len() as f64;
+        println!("{integrator}, lights by {choice}: {found:.4e} for {expected:.4e}");
+        assert!((found / expected - 1.0).abs() < tolerance, "{integrator} {choice}: {found} for {expected}");
+    }
 }

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use glam::{Affine2, Vec2, Vec3};
 use pathspace::{
     math::Rgb,
-    sampling::Filter,
+    sampling::{Choice, Filter},
     scene::{
         Scene,
         camera::{Camera, Sensor},
@@ -182,8 +182,9 @@ fn a_textured_emitter_lights_a_point_as_its_texels_say() {
     let (count, mut sampled) = (1_u32 << 18, Vec3::ZERO);
     for i in 0..count {
         let fract = |alpha: f64| (0.5 + f64::from(i) * alpha).fract() as f32;
-        let u = Vec3::new(fract(0.819_172_513_396_164_4), fract(0.671_043_606_703_789_2), fract(0.549_700_477_901_97));
-        let (p, pdf) = scene.sample_next_event(&at, u, 0).expect("there are lights");
+        let u = Vec2::new(fract(0.819_172_513_396_164_4), fract(0.671_043_606_703_789_2));
+        let choice = Choice::from(fract(0.549_700_477_901_97));
+        let (p, pdf) = scene.sample_next_event(&at, u.into(), choice, 0).expect("there are lights");
         let edge = pathspace::path::Edge::between(&at, &p);
         if at.normal.dot(edge.direction) > 0.0 && p.primitive != PrimitiveId::NONE {
             sampled += scene.le(&p, -edge.direction) * edge.geometry_factor() / pdf.0;

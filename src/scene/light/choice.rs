@@ -65,7 +65,8 @@ const UNIFORM: f64 = 1.0 / 64.0;
 /// Between kinds it may mislead, since that of a sun or an environment grows with the scene's extent, whatever of it
 /// arrives where the camera looks. So half of the choice gives each of the K kinds present the same part: no kind
 /// gets less than nearly 1/(2K), and none needs more than twice the samples that its power alone would have given it. The
-/// uniform part keeps every probability well above the resolution of a random number.
+/// uniform part bounds what a light's estimate is divided by: no probability is below 1/(64 N), 2²⁶ of a choice's integers for as many
+/// lights as have ids.
 pub(super) fn by_kind_and_power(lights: &[(Kind, f64)]) -> Discrete {
     let power_of =
         |wanted: Kind| lights.iter().filter(|(kind, _)| *kind == wanted).map(|(_, power)| power).sum::<f64>();
@@ -78,7 +79,7 @@ pub(super) fn by_kind_and_power(lights: &[(Kind, f64)]) -> Discrete {
             return 0.0;
         }
         let by_kind = power / (kinds * of_kinds[kind as usize]);
-        (BY_POWER * power / total + (1.0 - BY_POWER - UNIFORM) * by_kind + UNIFORM / emitting) as f32
+        BY_POWER * power / total + (1.0 - BY_POWER - UNIFORM) * by_kind + UNIFORM / emitting
     };
     Discrete::new(&lights.iter().map(weight).collect::<Vec<_>>())
 }

@@ -8,7 +8,7 @@ use super::super::{
 };
 use crate::{
     math::{Rgb, luminance},
-    sampling::{Discrete, warp},
+    sampling::{Discrete, Remainder, Square, warp},
 };
 
 /// The share of the samples that is uniform in area, wherever the texture is bright: the density is positive wherever anything
@@ -75,8 +75,8 @@ impl EmissionMap {
         let mean = (sum / (n * n) as f32).max(material.emission * (peak / material.emission.max_element() * 1e-3));
         let average = means.iter().sum::<f32>() / means.len() as f32;
         let same = means.iter().all(|w| (w - average).abs() <= 1e-3 * average);
-        let weights: Vec<f32> =
-            means.iter().map(|w| if average > 0.0 { (1.0 - UNIFORM) * w / average + UNIFORM } else { 1.0 }).collect();
+        let weight = |w: &f32| if average > 0.0 { (1.0 - UNIFORM) * w / average + UNIFORM } else { 1.0 };
+        let weights: Vec<_> = means.iter().map(|w| f64::from(weight(w))).collect();
         Some(Self { n, cells: (!same).then(|| Discrete::new(&weights)), mean, peak })
     }
 
@@ -90,12 +90,14 @@ impl EmissionMap {
         self.peak
     }
 
-    /// Barycentric coordinates (of the second and third corner) with density [`EmissionMap::density`].
+    /// Barycentric coordinates (of the second and third corner) with density [`EmissionMap::density`]. `rest` is what the choice of the
+    /// triangle has left.
     #[inline]
-    pub fn sample(&self, u: Vec2) -> Vec2 {
-        let Some(cells) = &self.cells else { return warp::triangle(u) };
-        let (cell, rest) = cells.sample_rest(u.x);
-        Cell::of(cell as u32, self.n).point(warp::triangle(Vec2::new(rest, u.y)), self.n)
+    pub fn sample(&self, u: Square, rest: Remainder) -> Vec2 {
+        let Some(cells) = &self.cells else { return warp::triangle(u.place()) };
+        let [x, _] = u.refined(rest.rest());
+        let (cell, place) = cells.sample(x);
+        Cell::of(cell as u32, self.n).point(warp::triangle(Vec2::new(place.rest().unit(), u.place().y)), self.n)
     }
 
     /// The density at these barycentric coordinates, over that of a uniform choice.
@@ -183,6 +185,7 @@ mod tests {
     use glam::Vec3;
 
     use super::*;
+    use crate::sampling::Choice;
     use crate::scene::{
         geometry::Attributes,
         material::{MaterialId, Parameters},
@@ -276,7 +279,8 @@ mod tests {
         let (n, mut found) = (1_u32 << 18, vec![0_u32; (BINS * BINS) as usize]);
         for i in 0..n {
             let golden = (f64::from(i) * 0.618_033_988_749_895).fract() as f32;
-            let b = map.sample(Vec2::new((i as f32 + 0.5) / n as f32, golden));
+            let u = Vec2::new((i as f32 + 0.5) / n as f32, golden);
+            let b = map.sample(u.into(), Choice::new(0).whole());
             assert!(map.density(b) > 0.0);
             found[Cell::around(b, BINS).index(BINS) as usize] += 1;
         }

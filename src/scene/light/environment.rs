@@ -7,7 +7,7 @@ use glam::{Vec2, Vec3};
 use super::BRIGHTEST;
 use crate::{
     math::{Rgb, luminance},
-    sampling::PdfSolidAngle,
+    sampling::{Choice, PdfSolidAngle, divide, find},
 };
 
 /// An equirectangular map of radiance.
@@ -33,10 +33,11 @@ pub struct EnvironmentMap {
     from_pole: Vec<f32>,
     /// (cos, sin) of the rotation about +y.
     rotation: Vec2,
-    /// Cumulative probabilities of the bands: above the first row of centres, between rows, below the last.
-    bands: Vec<f32>,
-    /// For each band the cumulative probabilities of its cells, from each column's centre to that of the next.
-    cells: Vec<f32>,
+    /// Where a choice's integers of each band begin: above the first row of centres, between rows, below the last.
+    bands: Vec<u64>,
+    /// For each band those of its cells, from each column's centre to that of the next. 64 bits for each, so that no
+    /// texel hides another: an f32 has nothing left beside one that is 10⁷ times as bright.
+    cells: Vec<u64>,
     /// ∫ Y(L) dω.
     integral: f32,
     /// 1/∫ Y(L) dω, or zero if the map is black.
@@ -55,7 +56,7 @@ pub struct NotARadiance {
     pub value: Rgb,
 }
 
-/// Texels that are darker than the brightest by more than this factor are black: the film could not hold their light.
+/// Texels that are darker than the brightest by more than this factor are black: a choice has no more integers.
 const FAINTEST: f32 = 1.0 / (1_u128 << 64) as f32;
 
 /// Where a direction falls: between two rows and two columns of centres.
@@ -107,27 +108,23 @@ impl EnvironmentMap {
 
     /// Fills in the integral and the distributions over cells and bands.
     fn integrate(&mut self, from_pole: &[f64]) {
-        let mut integral = 0.0;
         let mut band_integrals = Vec::with_capacity(self.height + 1);
-        let mut sums = Vec::with_capacity(self.width);
+        let mut cells = Vec::with_capacity(self.width);
         for band in 0..=self.height {
             let [upper, lower] = self.rows_of(band);
             // The mean of a bilinear function is that of its corners; first sums of pairs of rows, then of neighbours.
             let column = |i: usize| f64::from(self.luminance(upper, i)) + f64::from(self.luminance(lower, i));
-            let mut sum = 0.0;
-            sums.clear();
-            for i in 0..self.width {
-                sum += 0.25 * (column(i) + column((i + 1) % self.width));
-                sums.push(sum);
-            }
-            self.cells.extend(sums.iter().map(|part| (part / sum) as f32));
+            cells.clear();
+            cells.extend((0..self.width).map(|i| 0.25 * (column(i) + column((i + 1) % self.width))));
+            divide(&cells, &mut self.cells);
+            let sum: f64 = cells.iter().sum();
             let top = if band == 0 { 0.0 } else { from_pole[band - 1] };
             let bottom = if band == self.height { 2.0 } else { from_pole[band] };
             let height = mistake!(bottom - top, EnvironmentNoSine => 2.0 / (self.height + 1) as f64);
-            integral += sum * height * std::f64::consts::TAU / self.width as f64;
-            band_integrals.push(integral);
+            band_integrals.push(sum * height * std::f64::consts::TAU / self.width as f64);
         }
-        self.bands.extend(band_integrals.iter().map(|sum| (sum / integral) as f32));
+        divide(&band_integrals, &mut self.bands);
+        let integral: f64 = band_integrals.iter().sum();
         self.integral = integral as f32;
         self.inverse_integral = if integral > 0.0 { integral.recip() as f32 } else { 0.0 };
     }
@@ -148,12 +145,13 @@ impl EnvironmentMap {
         PdfSolidAngle(luminance(self.radiance(w)) * self.inverse_integral)
     }
 
-    /// A unit direction towards the map, in proportion to luminance: a band, a cell of it, and a place in the cell from what
-    /// the choices leave of `u`.
+    /// A unit direction towards the map, in proportion to luminance: a band by the second choice, a cell of it by the first, and a place
+    /// in the cell from what they leave.
     #[inline]
-    pub fn sample(&self, u: Vec2) -> Vec3 {
-        let (band, v) = choose(&self.bands, u.y);
-        let (column, h) = choose(&self.cells[band * self.width..][..self.width], u.x);
+    pub fn sample(&self, [x, y]: [Choice; 2]) -> Vec3 {
+        let (band, v) = find(&self.bands, y);
+        let (column, h) = find(&self.cells[band * self.width..][..self.width], x);
+        let (v, h) = (v.rest().unit(), h.rest().unit());
         let next = if column + 1 == self.width { 0 } else { column + 1 };
         let [upper, lower] = self.rows_of(band);
         let corner = |row, column| self.luminance(row, column);
@@ -229,14 +227,6 @@ impl EnvironmentMap {
     }
 }
 
-/// The index that `u` selects by cumulative probabilities, and what is left of `u`, again in [0, 1).
-#[inline]
-fn choose(cumulative: &[f32], u: f32) -> (usize, f32) {
-    let i = cumulative.partition_point(|c| *c <= u).min(cumulative.len() - 1);
-    let before = if i == 0 { 0.0 } else { cumulative[i - 1] };
-    (i, ((u - before) / (cumulative[i] - before)).clamp(0.0, 1.0 - f32::EPSILON))
-}
-
 /// A number in [0, 1] with a density that is linear from `a` at 0 to `b` at 1 (up to their common scale).
 #[inline]
 pub(super) fn linear(u: f32, a: f32, b: f32) -> f32 {
@@ -248,4 +238,88 @@ pub(super) fn linear(u: f32, a: f32, b: f32) -> f32 {
     let (a, b) = (a / sum, b / sum);
     // The inverse of a x + (b − a) x²/2, over (a + b)/2 = ½.
     u / (a + (a * a + (b - a) * u).max(f32::MIN_POSITIVE).sqrt())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::sampling::{Remainder, Square};
+
+    /// A map in which one texel outshines the others by `sun`: they differ by a factor of four, and a row is a hundredth of that.
+    fn beside(sun: f32) -> EnvironmentMap {
+        let (width, height) = (24, 12);
+        let mut texels: Vec<_> = (0..width * height)
+            .map(|i| Rgb::splat((1.0 + 0.1 * (i * 7 % 31) as f32) * if i / width == 8 { 0.01 } else { 1.0 }))
+            .collect();
+        texels[3 * width + 10] = Rgb::splat(sun);
+        EnvironmentMap::new(width, texels, 0.4).unwrap()
+    }
+
+    /// Every share of the integers of a table, in order: where it begins, and how many there are.
+    fn shares(begins: &[u64]) -> Vec<(u64, u64)> {
+        let (mut shares, mut begin) = (vec![], 0);
+        while begin < Choice::COUNT {
+            let (i, place) = find(begins, Choice::new(begin));
+            assert_eq!((i, place), (shares.len(), Remainder::new(0, place.width())));
+            shares.push((begin, place.width()));
+            begin += place.width();
+        }
+        shares
+    }
+
+    #[test]
+    fn every_cell_beside_a_sun_has_choices_in_proportion_to_its_light() {
+        for sun in [1.0, 1e10, 1e15] {
+            let map = beside(sun);
+            let (w, h) = (map.width, map.height);
+            let bands = shares(&map.bands);
+            assert_eq!(bands.len(), h + 1);
+            for (band, (first, width)) in bands.into_iter().enumerate() {
+                let cells = shares(&map.cells[band * w..][..w]);
+                assert_eq!(cells.len(), w);
+                let [upper, lower] = map.rows_of(band);
+                let angle = |row: usize| std::f64::consts::PI * (row as f64 + 0.5) / h as f64;
+                let (top, bottom) = (
+                    if band == 0 { 1.0 } else { angle(band - 1).cos() },
+                    if band == h { -1.0 } else { angle(band).cos() },
+                );
+                for (column, (begin, count)) in cells.into_iter().enumerate() {
+                    let next = (column + 1) % w;
+                    let corners = [(upper, column), (upper, next), (lower, column), (lower, next)];
+                    let mean =
+                        corners.map(|(row, column)| f64::from(map.luminance(row, column))).iter().sum::<f64>() / 4.0;
+                    let exact =
+                        mean * (top - bottom) * std::f64::consts::TAU / w as f64 * f64::from(map.inverse_integral);
+                    let found = width as f64 * count as f64 * 2_f64.powi(-128);
+                    // As exactly as whole integers can.
+                    let off = 1e-5 + 1.0 / width as f64 + 1.0 / count as f64;
+                    assert!((found / exact - 1.0).abs() < off, "{sun:e}, {band}, {column}: {found} for {exact}");
+                    // The choices at the quarters of a share are in different places of its cell.
+                    let at =
+                        |k: u64| map.sample([Choice::new(begin + count / 4 * k), Choice::new(first + width / 4 * k)]);
+                    let [a, b, c] = [1, 2, 3].map(at);
+                    for p in [a, b, c] {
+                        let cell = map.cell(map.to_map(p));
+                        let mut rows = cell.rows;
+                        rows.sort_unstable();
+                        assert_eq!((rows, cell.columns), ([upper, lower], [column, next]), "{sun:e}: {p}");
+                    }
+                    assert!(a.y > b.y && b.y > c.y, "{sun:e}, {band}, {column}: {a} {b} {c}");
+                }
+            }
+        }
+    }
+
+    /// A row with one part in 10¹⁰ of the light takes 33 bits: what is left of 24 would be a line.
+    #[test]
+    fn a_place_in_a_faint_row_has_bits_left() {
+        let map = beside(1e12);
+        let (begin, width) = shares(&map.bands)[9];
+        assert!(width >> 32 == 0, "{width} integers");
+        let (word, rest) = ((begin >> 32) as u32, begin as u32);
+        let at =
+            |k: u32| map.sample(Square([1 << 31, word]).refined(Choice::of_words(0, rest + (width / 100) as u32 * k)));
+        let heights: Vec<_> = (1..40).map(|k| at(k).y).collect();
+        assert!(heights.is_sorted_by(|a, b| a > b), "{heights:?}");
+    }
 }

@@ -34,7 +34,7 @@ use super::{
 };
 use crate::{
     math::{Frame, Rgb, luminance},
-    sampling::{Discrete, PdfArea, PdfSolidAngle, warp},
+    sampling::{Choice, Discrete, PdfArea, PdfSolidAngle, Remainder, Square, warp},
 };
 
 /// More than this in any channel is no radiance, intensity or irradiance of a light that is read: integrals of it would come
@@ -264,25 +264,27 @@ impl Lights {
     }
 
     /// Samples p_n for a next-event estimate at `from`, with its density [`Lights::pdf_next_event`]: the `nth` of
-    /// [`Lights::next_event_samples`]. `None` if there is no light, or none where `u` leads. `u.z` chooses the light.
+    /// [`Lights::next_event_samples`]. `None` if there is no light, or none where the numbers lead. `choice`
+    /// leads to the light, and what it has left to the place on it where that is chosen as well.
     #[inline(always)]
     pub fn sample_next_event(
         &self,
         geometry: &Geometry,
         materials: &[Material],
         from: &Point,
-        u: Vec3,
+        u: Square,
+        choice: Choice,
         nth: u32,
     ) -> Option<(Point, PdfArea)> {
-        let (id, choice) = match &self.next_event {
+        let (id, probability, rest) = match &self.next_event {
             NextEvent::Power => {
-                (!self.is_empty()).then(|| self.choice.sample(u.z)).map(|(i, p)| (LightId::new(i as u32), p))?
+                self.choose(choice).map(|(id, rest)| (id, self.choice.probability(id.index()), rest))?
             }
-            _ => self.choose_at(from, u.z, nth)?,
+            _ => self.choose_at(from, choice, nth)?,
         };
-        let point = self.sample_position(geometry, materials, id, u.truncate());
+        let point = self.sample_position(geometry, materials, id, u, rest);
         let times = mistake!(1.0, LightsTwice => self.lights.len() as f32);
-        let pdf = PdfArea(self.pdf_on(id, &point, mistake!(choice, NoLightChoice => 1.0)).0 / times);
+        let pdf = PdfArea(self.pdf_on(id, &point, mistake!(probability, NoLightChoice => 1.0)).0 / times);
         (pdf > PdfArea::ZERO).then_some((point, pdf))
     }
 
@@ -338,19 +340,19 @@ impl Lights {
         }
     }
 
-    /// Samples the start of a light subpath: the light (`choose`), the position and then the direction.
+    /// Samples the start of a light subpath: the light, the position and then the direction.
     /// `None` if there is no light, or none where the numbers lead.
     #[inline(always)]
     pub fn sample_emission(
         &self,
         geometry: &Geometry,
         materials: &[Material],
-        choose: f32,
-        position: Vec2,
+        choice: Choice,
+        position: Square,
         direction: Vec2,
     ) -> Option<Emission> {
-        let id = self.choose(choose)?;
-        let point = self.sample_position(geometry, materials, id, position);
+        let (id, rest) = self.choose(choice)?;
+        let point = self.sample_position(geometry, materials, id, position, rest);
         let pdf_position = self.pdf_position(&point);
         let emits = pdf_position > PdfArea::ZERO;
         if !emits {
@@ -376,24 +378,37 @@ impl Lights {
         Some(Emission { point, pdf_position, direction, pdf_direction, origin })
     }
 
+    /// A light by kind and power, and where in its share of the integers the choice lies.
     #[inline(always)]
-    fn choose(&self, u: f32) -> Option<LightId> {
-        (!self.is_empty()).then(|| LightId::new(self.choice.sample(u).0 as u32))
+    fn choose(&self, choice: Choice) -> Option<(LightId, Remainder)> {
+        if self.is_empty() {
+            return None;
+        }
+        let (i, rest) = self.choice.sample(choice);
+        Some((LightId::new(i as u32), rest))
     }
 
+    /// A point of the light `id`; `rest` is what its choice has left.
     #[inline(always)]
-    fn sample_position(&self, geometry: &Geometry, materials: &[Material], id: LightId, u: Vec2) -> Point {
+    fn sample_position(
+        &self,
+        geometry: &Geometry,
+        materials: &[Material],
+        id: LightId,
+        u: Square,
+        rest: Remainder,
+    ) -> Point {
         match self.get(id) {
             Light::Area { primitive, map, .. } => {
-                let textured = map.as_ref().and_then(|map| geometry.surface_at(*primitive, map.sample(u)));
-                let surface = textured.unwrap_or_else(|| geometry.sample(*primitive, u));
+                let textured = map.as_ref().and_then(|map| geometry.surface_at(*primitive, map.sample(u, rest)));
+                let surface = textured.unwrap_or_else(|| geometry.sample(*primitive, u.place()));
                 Point::on_surface(geometry, materials, *primitive, &surface, Some(id))
             }
             Light::Point { position, .. } => without_extent(*position, id),
             Light::Spot(spot) => without_extent(spot.position(), id),
             Light::Directional { towards, .. } => at_infinity(*towards, id),
-            Light::Environment { .. } => at_infinity(warp::sphere(u), id),
-            Light::EnvironmentMap(map) => at_infinity(map.sample(u), id),
+            Light::Environment { .. } => at_infinity(warp::sphere(u.place()), id),
+            Light::EnvironmentMap(map) => at_infinity(map.sample(u.refined(rest.rest())), id),
         }
     }
 }

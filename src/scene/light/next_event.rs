@@ -5,7 +5,7 @@ use super::{
     tree::{LightBounds, LightTree},
 };
 use crate::{
-    sampling::{Discrete, PdfArea},
+    sampling::{Choice, Discrete, Half, PdfArea, Remainder},
     scene::{geometry::Geometry, point::Point},
 };
 
@@ -22,14 +22,23 @@ pub(super) enum NextEvent {
 #[derive(Clone, Debug)]
 pub(super) struct ByTree {
     tree: LightTree,
-    /// The probability of all of the tree's lights by kind and power.
-    share: f32,
-    /// The lights that are not in the tree, by kind and power.
+    /// How many of a choice's integers, from 0 on, choose by the tree: the part of its lights by kind and power, of what [`DESPITE_TREE`]
+    /// leaves.
+    width: u64,
+    /// The lights that are not in the tree, by kind and power: for the integers behind all others.
     others: Discrete,
 }
 
-/// The part of the tree's choice that goes by kind and power: what the bounds hide from the tree keeps a probability.
-const DESPITE_TREE: f32 = 1.0 / 64.0;
+/// How many integers, behind the tree's, choose by kind and power, one in 64: what the bounds hide from the tree keeps a probability. A
+/// light has at least 1/(64 N) of them, 2²⁶ for as many as have ids.
+const DESPITE_TREE: u64 = 1 << 58;
+
+impl ByTree {
+    /// The integers of those lights that are not in the tree.
+    fn width_of_others(&self) -> u64 {
+        Choice::COUNT - DESPITE_TREE - self.width
+    }
+}
 
 impl Lights {
     /// Makes next-event estimation choose another way.
@@ -37,7 +46,7 @@ impl Lights {
         self.next_event = match choice {
             LightChoice::All => NextEvent::All,
             LightChoice::Uniform => {
-                let emits = |i| if self.emits(LightId::new(i)) { 1.0 } else { 0.0 };
+                let emits = |i| f64::from(u8::from(self.emits(LightId::new(i))));
                 NextEvent::Uniform(Discrete::new(&(0..self.lights.len() as u32).map(emits).collect::<Vec<_>>()))
             }
             LightChoice::Power => NextEvent::Power,
@@ -45,12 +54,14 @@ impl Lights {
                 let placed = (0..).map(LightId::new).zip(&self.lights).filter(|(id, _)| self.emits(*id));
                 let bounded = placed.filter_map(|(id, l)| Some((id, LightBounds::of(l, geometry, l.brightness())?)));
                 let bounded: Vec<_> = bounded.collect();
-                let mut others: Vec<_> =
-                    (0..self.lights.len()).map(|i| self.choice_of(LightId::new(i as u32))).collect();
-                let taken = bounded.iter().map(|(id, _)| f64::from(std::mem::take(&mut others[id.index()])));
-                let share = (taken.sum::<f64>() as f32).min(1.0);
+                let by_power = |i| f64::from(self.choice_of(LightId::new(i as u32)));
+                let mut others: Vec<_> = (0..self.lights.len()).map(by_power).collect();
+                let taken: f64 = bounded.iter().map(|(id, _)| std::mem::take(&mut others[id.index()])).sum();
+                let left: f64 = others.iter().sum();
+                let most = Choice::COUNT - DESPITE_TREE;
+                let width = if left > 0.0 { (most as f64 * (taken / (taken + left))) as u64 } else { most };
                 match LightTree::new(bounded, self.lights.len()) {
-                    Some(tree) => NextEvent::Tree(Box::new(ByTree { tree, share, others: Discrete::new(&others) })),
+                    Some(tree) => NextEvent::Tree(Box::new(ByTree { tree, width, others: Discrete::new(&others) })),
                     None => NextEvent::Power,
                 }
             }
@@ -80,6 +91,15 @@ impl Lights {
         if matches!(self.next_event, NextEvent::All) { self.lights.len() as u32 } else { 1 }
     }
 
+    /// How many integers choose by the tree, if there is one.
+    #[cfg(test)]
+    pub fn integers_of_tree(&self) -> Option<u64> {
+        match &self.next_event {
+            NextEvent::Tree(by) => Some(by.width),
+            _ => None,
+        }
+    }
+
     /// Whether the light emits any power: others are never chosen.
     pub(super) fn emits(&self, id: LightId) -> bool {
         self.choice_of(id) > 0.0
@@ -90,40 +110,52 @@ impl Lights {
         if self.is_empty() { 0.0 } else { self.choice.probability(id.index()) }
     }
 
-    /// Chooses a light by every rule but power, with its probability. Out of line: scenes with two lights would pay for it in the size of
+    /// Chooses a light by every rule but power, with its probability and what the choice has left. Out of line: scenes with two lights would pay for it in the size of
     /// the core.
     #[inline(never)]
-    pub(super) fn choose_at(&self, from: &Point, u: f32, nth: u32) -> Option<(LightId, f32)> {
+    pub(super) fn choose_at(&self, from: &Point, choice: Choice, nth: u32) -> Option<(LightId, f32, Remainder)> {
         let by = match &self.next_event {
-            NextEvent::All => return Some((LightId::new(nth), 1.0)).filter(|(id, _)| self.emits(*id)),
-            NextEvent::Uniform(lights) => {
-                return (!lights.is_empty()).then(|| lights.sample(u)).map(|(i, p)| (LightId::new(i as u32), p));
+            NextEvent::All => {
+                return Some((LightId::new(nth), 1.0, choice.whole())).filter(|(id, ..)| self.emits(*id));
             }
-            NextEvent::Power => return self.choose(u).map(|id| (id, self.choice_of(id))),
+            NextEvent::Uniform(lights) => {
+                let chosen = (!lights.is_empty()).then(|| lights.sample(choice));
+                return chosen.map(|(i, rest)| (LightId::new(i as u32), lights.probability(i), rest));
+            }
+            NextEvent::Power => return self.choose(choice).map(|(id, rest)| (id, self.choice_of(id), rest)),
             NextEvent::Tree(by) => by,
         };
-        let by_tree = (1.0 - DESPITE_TREE) * by.share;
-        let below_one = |u: f32| u.clamp(0.0, 1.0_f32.next_down());
-        let id = if u < by_tree {
-            let (id, p) = by.tree.sample(from, below_one(u / by_tree));
-            return Some((id, self.despite_tree(id, by.share * p)));
-        } else if u < by_tree + DESPITE_TREE || by.others.is_empty() {
-            self.choose(below_one((u - by_tree) / DESPITE_TREE))?
-        } else {
-            let begin = by_tree + DESPITE_TREE;
-            LightId::new(by.others.sample(below_one((u - begin) / (1.0 - begin))).0 as u32)
+        let (half, rest) = choice.whole().split(by.width);
+        if half == Half::First {
+            let (id, rest) = by.tree.sample(from, rest);
+            return Some((id, self.despite_tree(id, rest.width()), rest));
+        }
+        let (half, rest) = rest.split(DESPITE_TREE);
+        let (id, rest) = match half {
+            Half::First => self.choose(rest.rest())?,
+            Half::Second => {
+                let (i, rest) = by.others.sample(rest.rest());
+                (LightId::new(i as u32), rest)
+            }
         };
-        Some((id, self.by_tree(by, from, id)))
+        Some((id, self.by_tree(by, from, id), rest))
     }
 
     /// The probability of a light by the tree's rule.
     fn by_tree(&self, by: &ByTree, from: &Point, id: LightId) -> f32 {
-        let most = by.tree.probability(from, id).map_or_else(|| self.choice_of(id), |p| by.share * p);
-        self.despite_tree(id, most)
+        match by.tree.width(from, id, by.width) {
+            Some(width) => self.despite_tree(id, width),
+            None => {
+                let others = by.others.probability(id.index()) * Choice::probability(by.width_of_others());
+                others + self.despite_tree(id, 0)
+            }
+        }
     }
 
-    fn despite_tree(&self, id: LightId, by_tree: f32) -> f32 {
-        DESPITE_TREE * self.choice_of(id) + (1.0 - DESPITE_TREE) * by_tree
+    /// The probability of a light to which the tree leads by so many integers.
+    #[inline(always)]
+    fn despite_tree(&self, id: LightId, by_tree: u64) -> f32 {
+        Choice::probability(DESPITE_TREE) * self.choice_of(id) + Choice::probability(by_tree)
     }
 
     #[inline(never)]

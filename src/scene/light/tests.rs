@@ -9,7 +9,7 @@ use statrs::distribution::{ChiSquared, ContinuousCDF};
 use super::{BRIGHTEST, EnvironmentMap, Light, Lights, Spot};
 use crate::{
     math::{Frame, Rgb, luminance},
-    sampling::{Independent, PdfSolidAngle, Sampler, Stream},
+    sampling::{Choice, Independent, PdfSolidAngle, Sampler, Stream},
     scene::{
         geometry::Geometry,
         material::{Material, MaterialId},
@@ -154,13 +154,17 @@ fn rugged(width: usize, height: usize, rotation: f32) -> EnvironmentMap {
     EnvironmentMap::new(width, texels, rotation).unwrap()
 }
 
+fn choices(u: Vec2) -> [Choice; 2] {
+    u.to_array().map(Choice::from)
+}
+
 const SIZES: [(usize, usize); 8] = [(16, 8), (15, 7), (1, 1), (2, 1), (1, 2), (5, 2), (3, 40), (40, 3)];
 
 #[test]
 fn a_maps_samples_follow_its_luminance() {
     for (width, height) in SIZES {
         let map = rugged(width, height, 0.7);
-        let p = Bins::around(Vec3::Y, -1.0).p_value(48, 200_000, |u| map.sample(u), |w| map.pdf(w));
+        let p = Bins::around(Vec3::Y, -1.0).p_value(48, 200_000, |u| map.sample(choices(u)), |w| map.pdf(w));
         assert!(p > 1e-4, "{width} × {height}: p = {p:.2e}");
     }
 }
@@ -171,7 +175,7 @@ fn a_map_is_sampled_without_variance_where_it_is_grey() {
     for (width, height) in SIZES.into_iter().chain([(512, 256)]) {
         let map = rugged(width, height, -1.0);
         for _ in 0..2000 {
-            let w = map.sample(random.next_2d());
+            let w = map.sample(choices(random.next_2d()));
             let estimate = luminance(map.radiance(w)) / map.pdf(w).0;
             assert!((estimate / map.integral() - 1.0).abs() < 1e-5, "{width} × {height} at {w}: {estimate}");
         }
@@ -277,7 +281,7 @@ fn samples_at_the_edge_of_what_is_black_are_numbers() {
     for x in [0, 4] {
         let map = one(x, 2, 0.0);
         for u in [Vec2::ZERO, Vec2::X * 0.5, Vec2::Y * 0.5, Vec2::splat(1.0_f32.next_down())] {
-            let w = map.sample(u);
+            let w = map.sample(choices(u));
             assert!(w.is_finite() && map.pdf(w).0 >= 0.0, "{x}, {u}: {w}");
         }
     }

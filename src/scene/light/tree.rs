@@ -5,10 +5,13 @@ use std::f32::consts::{FRAC_PI_2, PI, TAU};
 use glam::{Quat, Vec3};
 
 use super::{Light, LightId};
-use crate::scene::{
-    geometry::{Bounds, Geometry},
-    material::EmissionSides,
-    point::{Place, Point},
+use crate::{
+    sampling::{Half, Remainder},
+    scene::{
+        geometry::{Bounds, Geometry},
+        material::EmissionSides,
+        point::{Place, Point},
+    },
 };
 
 /// What is known of some lights together: where they are, and which way they shine.
@@ -272,42 +275,39 @@ impl LightTree {
         Some(Self { root, halves, ways })
     }
 
-    /// The light that the uniform number `u` in [0, 1) chooses at `from`, with its probability.
-    pub fn sample(&self, from: &Point, mut u: f32) -> (LightId, f32) {
+    /// The light that is chosen at `from` by a place in the integers that the tree divides, and the place in the light's share of them.
+    ///
+    /// Nothing is rescaled on the way: the share is divided where it stands, so that no bit is lost, and its width is the probability.
+    pub fn sample(&self, from: &Point, mut place: Remainder) -> (LightId, Remainder) {
         let at = Receiver::at(from);
-        let (mut content, mut probability) = (self.root, 1.0);
+        let mut content = self.root;
         loop {
             let halves = match content {
-                Content::Light(id) => return (id, probability),
+                Content::Light(id) => return (id, place),
                 Content::Halves(i) => &self.halves[i as usize],
             };
-            let first = first_share(halves, &at);
-            if u < first {
-                u /= first;
-                probability *= first;
-                content = halves[0].content;
-            } else {
-                u = (u - first) / (1.0 - first);
-                probability *= 1.0 - first;
-                content = halves[1].content;
-            }
-            u = u.clamp(0.0, 1.0_f32.next_down());
+            let (half, part) = place.split(first_of(place.width(), halves, &at));
+            place = part;
+            content = match half {
+                Half::First => halves[0].content,
+                Half::Second => halves[1].content,
+            };
         }
     }
 
-    /// The probability of choosing the light `id` at `from`; `None` if it is not in the tree.
-    pub fn probability(&self, from: &Point, id: LightId) -> Option<f32> {
+    /// How many of so many integers lead to the light `id` at `from`; `None` if it is not in the tree.
+    pub fn width(&self, from: &Point, id: LightId, mut width: u64) -> Option<u64> {
         let Way::Turns(mut way) = self.ways[id.index()] else { return None };
         let at = Receiver::at(from);
-        let (mut content, mut probability) = (self.root, 1.0);
+        let mut content = self.root;
         while let Content::Halves(i) = content {
             let halves = &self.halves[i as usize];
-            let first = mistake!(first_share(halves, &at), FairTree => 0.5);
-            probability *= if way & 1 == 0 { first } else { 1.0 - first };
+            let first = mistake!(first_of(width, halves, &at), FairTree => width / 2);
+            width = if way & 1 == 0 { first } else { width - first };
             content = halves[(way & 1) as usize].content;
             way >>= 1;
         }
-        Some(probability)
+        Some(width)
     }
 }
 
@@ -355,12 +355,16 @@ fn append(halves: &mut Vec<[Cluster; 2]>, (part, added): (Vec<[Cluster; 2]>, Add
     Added { content: moved(added.content), ..added }
 }
 
-/// The probability of going on to the first of two halves. A half where both may send nothing.
+/// How many of `width` integers lead on to the first of two halves: by importance, and half of them where both may send nothing.
 #[inline(always)]
-fn first_share(halves: &[Cluster; 2], at: &Receiver) -> f32 {
+fn first_of(width: u64, halves: &[Cluster; 2], at: &Receiver) -> u64 {
     let [a, b] = halves.each_ref().map(|half| half.importance(at));
-    let largest = a.max(b);
-    if largest > 0.0 { (a / largest) / (a / largest + b / largest) } else { 0.5 }
+    let (small, large) = (a.min(b), a.max(b));
+    // The smaller part, up to ½ and in units of 2⁻⁶³: of the larger one, f32 would lose what it lacks to 1.
+    let ratio = if large > 0.0 { small / large } else { 1.0 };
+    let part = (ratio / (1.0 + ratio) * (1_u64 << 63) as f32) as i64 as u64;
+    let of_small = ((u128::from(width) * u128::from(part)) >> 63) as u64;
+    if a < b { of_small } else { width - of_small }
 }
 
 /// Puts the lights of the cheaper two groups in order, and says where the second begins.

@@ -1,11 +1,11 @@
 //! The choices among lights: probabilities, frequencies, and what the tree's bounds promise.
 
-use glam::Vec3;
+use glam::{Vec2, Vec3};
 
 use super::{Light, LightChoice, LightId, Lights, Spot, tree::LightBounds};
 use crate::{
     math::Rgb,
-    sampling::{Independent, Sampler, Stream},
+    sampling::{Block, Choice, Independent, Remainder, Sampler, Sobol, Stream},
     scene::{
         geometry::Geometry,
         material::{EmissionSides, Material, MaterialId},
@@ -80,8 +80,8 @@ fn lights_are_chosen_as_often_as_their_probability_says() {
         for from in receivers() {
             let mut found = vec![0_u32; n];
             for k in 0..TRIES {
-                let u = (k as f32 + 0.5) / TRIES as f32;
-                let (id, p) = lights.choose_at(&from, u, 0).expect("there are lights");
+                let u = Choice::from((k as f32 + 0.5) / TRIES as f32);
+                let (id, p, _) = lights.choose_at(&from, u, 0).expect("there are lights");
                 let expected = probability(&lights, &from, id);
                 assert!((f64::from(p) / expected - 1.0).abs() < 1e-5, "{choice}: {p} {expected}");
                 found[id.index()] += 1;
@@ -109,7 +109,7 @@ fn a_sample_of_each_light_has_the_density_of_all() {
     let mut black = 0;
     for nth in 0..lights.next_event_samples() {
         let id = LightId::new(nth);
-        match lights.sample_next_event(&geometry, &materials, &from, Vec3::splat(0.4), nth) {
+        match lights.sample_next_event(&geometry, &materials, &from, Vec2::splat(0.4).into(), Choice::from(0.4), nth) {
             Some((point, pdf)) => {
                 assert_eq!(point.light, Some(id));
                 assert_eq!(pdf, lights.pdf_on(id, &point, 1.0));
@@ -119,6 +119,117 @@ fn a_sample_of_each_light_has_the_density_of_all() {
         }
     }
     assert_eq!(black, 1);
+}
+
+/// How many of the choice's integers from 0 to `end` lead to each light at `from`: counted share by share, every one.
+fn shares(lights: &Lights, from: &Point, end: u64) -> Vec<u64> {
+    let (mut found, mut begin) = (vec![0; lights.all().len()], 0);
+    while begin < end {
+        let (id, _, place) = lights.choose_at(from, Choice::new(begin), 0).expect("there are lights");
+        assert!(place.width() > 0 && place == Remainder::new(0, place.width()), "{place:?} at its first integer");
+        // The last integer of the share leads there too.
+        let last = lights.choose_at(from, Choice::new(begin + (place.width() - 1)), 0).expect("there are lights");
+        assert_eq!((last.0, last.2), (id, Remainder::new(place.width() - 1, place.width())));
+        found[id.index()] += place.width();
+        begin += place.width();
+    }
+    assert_eq!(begin, end);
+    found
+}
+
+/// That as many integers lead to each light as its probability says, to none without one, and to each with one.
+fn assert_shares(lights: &Lights, from: &Point) {
+    let by_tree = lights.integers_of_tree();
+    let found = shares(lights, from, by_tree.unwrap_or(Choice::COUNT));
+    for (id, width) in (0..).map(LightId::new).zip(found) {
+        let of_all = f64::from(lights.choice_of(id));
+        // The part by power has been counted by itself; there is no light outside of the tree.
+        let expected = match by_tree {
+            Some(_) => (width as f64 * 2_f64.powi(-64)) + of_all / 64.0,
+            None => width as f64 * 2_f64.powi(-64),
+        };
+        let said = if lights.emits(id) { probability(lights, from, id) } else { 0.0 };
+        assert!((said - expected).abs() <= 2e-6 * expected, "{id:?}: {said} for {expected}");
+        assert_eq!(expected > 0.0, lights.emits(id), "{id:?}");
+    }
+}
+
+/// Lamps of 50 orders of magnitude: float shares of the tree have nothing left for the faint ones.
+#[test]
+fn lights_of_any_power_are_chosen_as_their_probability_says() {
+    let mut random = Independent::new(22, 0, 0, Stream::Light);
+    let others: Vec<_> = (0..120)
+        .map(|i| Light::Point {
+            position: 4.0 * (random.next_3d() - 0.5),
+            intensity: Rgb::splat(10_f32.powf(50.0 * random.next_1d() - 25.0)) * f32::from(u8::from(i % 17 > 0)),
+        })
+        .collect();
+    let mut lights = Lights::new(&Geometry::default(), &[], &others);
+    for choice in [LightChoice::Uniform, LightChoice::Power, LightChoice::Tree] {
+        lights.choose_by(choice, &Geometry::default());
+        receivers().for_each(|from| assert_shares(&lights, &from));
+    }
+}
+
+/// 600 bright triangles to each lamp, which their power all but hides: a lamp's probability is less than half of 2⁻²⁴, and the shares
+/// stand where numbers of 24 bits miss every one of the lamps.
+#[test]
+fn a_crowd_hides_no_lamp() {
+    const LAMPS: u32 = 1024;
+    const CROWD: u32 = 600;
+    let mut geometry = Geometry::default();
+    for lamp in 0..LAMPS {
+        let place = |i: u32, y: f32| Vec3::new(i as f32, 32.0 * y, 8.0 * lamp as f32) / 128.0;
+        let corners = |i, y| [Vec3::ZERO, Vec3::X, Vec3::Z].map(|d| place(i, y) + d / 256.0);
+        let crowd: Vec<_> = (0..CROWD).flat_map(|i| corners(i, -36.0)).collect();
+        let triangles: Vec<_> = (0..CROWD).map(|i| [3 * i, 3 * i + 1, 3 * i + 2]).collect();
+        geometry.add_triangles(&crowd, None, &triangles, MaterialId(0));
+        geometry.add_triangles(&corners(lamp % CROWD, 4.0), None, &[[0, 1, 2]], MaterialId(1));
+    }
+    let emitting = |radiance| Material::diffuse("", Rgb::ZERO).emitting(Rgb::splat(radiance));
+    let mut lights = Lights::new(&geometry, &[emitting(1e6), emitting(1e-6)], &[]);
+    let is_lamp = |id: LightId| id.index() as u32 % (CROWD + 1) == CROWD;
+    let lamps = || (0..LAMPS * (CROWD + 1)).map(LightId::new).filter(|id| is_lamp(*id));
+    let from = Point { normal: Vec3::Y, place: Place::Surface, ..Point::nowhere(Vec3::new(3.0, 0.9, 30.0)) };
+    assert_eq!(lights.all().len() as u32, LAMPS * (CROWD + 1));
+    assert!(lamps().all(|id| lights.choice_of(id) < 0.5 / 16_777_216.0));
+
+    for choice in [LightChoice::Power, LightChoice::Tree] {
+        lights.choose_by(choice, &geometry);
+        let found = shares(&lights, &from, lights.integers_of_tree().unwrap_or(Choice::COUNT));
+        for id in lamps() {
+            let share = found[id.index()] as f64 * 2_f64.powi(-64);
+            let by_power = f64::from(lights.choice_of(id));
+            let expected = if choice == LightChoice::Tree { share + by_power / 64.0 } else { share };
+            let said = probability(&lights, &from, id);
+            assert!(
+                found[id.index()] > 0 && (said / expected - 1.0).abs() < 1e-5,
+                "{choice} {id:?}: {said} {expected}"
+            );
+        }
+    }
+
+    // By the samplers' own numbers: the lamps together, 111 expected.
+    lights.choose_by(LightChoice::Power, &geometry);
+    let tries = 1 << 22;
+    let expected = f64::from(tries) * lamps().map(|id| f64::from(lights.choice_of(id))).sum::<f64>();
+    let mut independent = Independent::new(1, 0, 0, Stream::Light);
+    let sobol = (0..tries).map(|i| {
+        let mut sobol = Sobol::new(1, (i / 64) as u32, i as u32 % 64, Stream::Light);
+        sobol.start(Block::START);
+        sobol.next_choice()
+    });
+    for found in [
+        count(&lights, &from, is_lamp, (0..tries).map(|_| independent.next_choice())),
+        count(&lights, &from, is_lamp, sobol),
+    ] {
+        assert!((f64::from(found) - expected).abs() < 4.0 * expected.sqrt(), "{found} for {expected}");
+    }
+}
+
+/// How many of the choices lead to such a light.
+fn count(lights: &Lights, from: &Point, such: impl Fn(LightId) -> bool, choices: impl Iterator<Item = Choice>) -> u32 {
+    choices.filter(|choice| lights.choose_at(from, *choice, 0).is_some_and(|(id, ..)| such(id))).count() as u32
 }
 
 /// Under a ceiling of small lamps, the tree comes much nearer than power to choosing in proportion to what arrives.
@@ -168,7 +279,13 @@ fn clusters_promise_enough() {
         for id in 0..lights.all().len() as u32 {
             let Some(own) = bounds(id) else { continue };
             let other = bounds((id * 7 + 3) % 60).expect("a triangle");
-            let p = lights.sample_position(&geometry, &materials, LightId::new(id), random.next_2d());
+            let p = lights.sample_position(
+                &geometry,
+                &materials,
+                LightId::new(id),
+                random.next_square(),
+                random.next_choice().whole(),
+            );
             let to = p.position - from.position;
             let w = to.normalize();
             let intensity = match lights.get(LightId::new(id)) {

@@ -14,7 +14,7 @@ mod environments;
 pub mod form_factors;
 mod furnaces;
 mod irradiance;
-mod receiver;
+pub mod receiver;
 pub mod tally;
 
 use std::time::Instant;
