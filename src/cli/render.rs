@@ -103,7 +103,7 @@ pub(super) fn run(args: &RenderArgs) -> Result<Exit, Failure> {
     let Wanted { passes, goal, whole } = wanted(args);
     let renderer = pool.install(|| Renderer::new(&scene, &settings));
     phases.end("build");
-    let mut recorded = header::settings(&job, renderer.film().scale());
+    let mut recorded = header::settings(&job);
     args.layers.record(&mut recorded);
     let layers = args.layers.choose(args, &scene, &renderer)?;
     let renderer = if layers.is_empty() { renderer } else { renderer.with_layers(&layers) };
@@ -355,7 +355,7 @@ fn image_header(
     renderer: &Renderer<'_>,
     quality: Option<Quality>,
 ) -> Header {
-    let mut header = header(sensor, recorded, renderer.film(), &Passes::from(renderer.range()));
+    let mut header = header(sensor, recorded, &renderer.sums(), &Passes::from(renderer.range()));
     // It chose the number of samples by what they showed.
     header.attributes.extend(quality.map(|quality| ("noise-target".to_owned(), quality.to_string())));
     header

@@ -68,7 +68,7 @@ fn shards_have_names_of_their_own_and_are_ordinary_images() {
     assert!(stderr(&output).contains("no samples"), "three samples leave most of 16 shards empty: {}", stderr(&output));
     let image = read_first_flat_layer_from_file(run.path("cornell-box-path-2-of-16.exr")).unwrap();
     let channels = image.layer_data.channel_data.list;
-    assert_eq!((channels.len(), channels[0].name.to_string().as_str()), (12, "even.B.high"));
+    assert_eq!((channels.len(), channels[0].name.to_string().as_str()), (18, "even.B.fine"));
     assert!(
         channels.iter().all(|channel| matches!(&channel.sample_data, FlatSamples::U32(words) if words.len() == 192))
     );
