@@ -17,6 +17,9 @@ use crate::{
     render::{Renderer, Statistics},
 };
 
+/// Memory that nobody foretold and somebody may miss, MiB.
+const MUCH: u64 = 64;
+
 /// A noise at which a render is good enough before its goal.
 #[derive(Clone, Copy)]
 pub(super) struct Quality {
@@ -170,8 +173,8 @@ pub(super) fn summarise(renderer: &Renderer<'_>, end: &Moment, terminal: Termina
     let sums = renderer.sums();
     let films = || [sums.film].into_iter().chain(sums.layers.iter().map(|(_, film)| *film));
     let (all, wide) = (films().map(Film::memory_now).sum::<u64>(), films().map(Film::wide_memory).sum::<u64>());
-    if wide > all / 2 {
-        let (all, wide) = (all >> 20, wide >> 20);
+    let (all, wide) = (all >> 20, wide >> 20);
+    if wide > MUCH && wide > all / 2 {
         terminal.say(format_args!("note: deposits of very different sizes took {wide} of the film's {all} MiB"));
     }
     let noise = noise(end.noise, end.passes);

@@ -22,6 +22,7 @@ mod metamorphic;
 mod operator;
 mod options;
 mod public;
+mod range;
 mod report;
 mod robustness;
 mod scenes;
