@@ -44,7 +44,7 @@ use self::{
     table::Entry,
 };
 use super::{
-    Crop, ExactSum, Film, Header,
+    Crop, Film, Header,
     exr::{image_attributes, own_attributes, sort_attributes},
 };
 
@@ -90,9 +90,8 @@ pub fn encode_checkpoint(sums: &Sums<'_>, header: &CheckpointHeader) -> io::Resu
             Sum::Light(light) => {
                 let sum = number.next().unwrap_or(u32::MAX);
                 let mut narrow = |pixel| {
-                    let value = sums.light(light, pixel);
-                    value.in_units(header.scale.fine_bit(), BITS).unwrap_or_else(|| {
-                        wide.push(Entry { sum, pixel: pixel as u32, value });
+                    sums.units(light, pixel, header.scale).unwrap_or_else(|| {
+                        wide.push(Entry { sum, pixel: pixel as u32, value: sums.light(light, pixel) });
                         0
                     })
                 };
@@ -132,9 +131,6 @@ pub fn encode_checkpoint(sums: &Sums<'_>, header: &CheckpointHeader) -> io::Resu
     sort_attributes(&mut bytes).ok_or_else(|| io::Error::other("unexpected OpenEXR header"))?;
     Ok(bytes)
 }
-
-/// What a sum of light has in its own channels.
-const BITS: u32 = 96;
 
 /// The words that begin with these bits, for all values.
 fn split<const WORDS: usize>(values: impl Iterator<Item = i128>, shifts: [u32; WORDS]) -> Vec<Vec<u32>> {
@@ -268,19 +264,23 @@ impl<R: Read + Seek> CheckpointFile<R> {
         let lights = all.iter().filter_map(|(_, sum)| if let Sum::Light(light) = sum { Some(*light) } else { None });
         let lights: Vec<_> = lights.collect();
         let table = table::read(&samples, self.entries, lights.len(), film.pixels())?;
-        let fine_bit = self.header.scale.fine_bit();
         for ((_, sum), words) in all.iter().zip(words_of) {
-            for pixel in 0..film.pixels() {
-                let joined = words.iter().fold(0, |value: u128, word| value << 32 | u128::from(word[pixel]));
-                match sum {
-                    Sum::Light(light) => {
-                        let signed = (joined << (128 - BITS)) as i128 >> (128 - BITS);
-                        sums.add_light(*light, pixel, ExactSum::shifted(signed, fine_bit));
-                    }
-                    Sum::Coverage(channel) => {
-                        sums.coverage.iter().for_each(|coverage| coverage.add_sum(pixel, *channel, joined as u64));
+            match (sum, &words[..]) {
+                (Sum::Light(light), [high, low, fine]) => {
+                    for (pixel, ((high, low), fine)) in high.iter().zip(*low).zip(*fine).enumerate() {
+                        let units = i128::from(*high as i32) << 64 | i128::from(*low) << 32 | i128::from(*fine);
+                        if units != 0 {
+                            sums.add_units(*light, pixel, units, self.header.scale);
+                        }
                     }
                 }
+                (Sum::Coverage(channel), [high, low]) => {
+                    for (pixel, (high, low)) in high.iter().zip(*low).enumerate() {
+                        let value = u64::from(*high) << 32 | u64::from(*low);
+                        sums.coverage.iter().for_each(|coverage| coverage.add_sum(pixel, *channel, value));
+                    }
+                }
+                _ => return Err(CheckpointError::Damaged("a sum has other words".to_owned())),
             }
         }
         for Entry { sum, pixel, value } in table {

@@ -53,6 +53,11 @@ impl FixedPoint {
         self.bit() - FINE_BITS
     }
 
+    /// The quantum.
+    pub(super) fn unit(self) -> f64 {
+        power_of_two(self.exponent)
+    }
+
     /// The unit of fine words.
     pub(super) fn fine_unit(self) -> f64 {
         power_of_two(self.exponent - FINE_BITS as i32)

@@ -21,7 +21,7 @@ mod sum;
 
 use std::sync::atomic::{AtomicU64, Ordering::Relaxed};
 
-use self::plane::Plane;
+use self::plane::{Overflow, Plane};
 pub use self::{
     checkpoint::{CheckpointError, CheckpointFile, CheckpointHeader, Contents, Sums, encode_checkpoint},
     coverage::Coverage,
@@ -225,7 +225,24 @@ impl Film {
     }
 
     fn add_sum(&self, half: Half, pixel: usize, channel: usize, sum: ExactSum) {
-        if self.halves[half as usize].add_sum(pixel, channel, sum).is_err() {
+        self.count_overflow(self.halves[half as usize].add_sum(pixel, channel, sum));
+    }
+
+    /// [`Plane::units`].
+    #[inline]
+    fn units(&self, half: Half, pixel: usize, channel: usize, scale: FixedPoint) -> Option<i128> {
+        self.halves[half as usize].units(pixel, channel, scale)
+    }
+
+    /// [`Plane::add_units`].
+    #[inline]
+    fn add_units(&self, half: Half, pixel: usize, channel: usize, units: i128, scale: FixedPoint) {
+        self.count_overflow(self.halves[half as usize].add_units(pixel, channel, units, scale));
+    }
+
+    #[inline]
+    fn count_overflow(&self, added: Result<(), Overflow>) {
+        if added.is_err() {
             self.count(Fault::Overflow, 1);
         }
     }
@@ -236,7 +253,7 @@ impl Film {
     /// If `passes` is zero.
     pub fn image(&self, passes: u32) -> Image {
         let [even, odd] = &self.halves;
-        self.normalised(passes, |pixel, channel| even.value_with(odd, pixel, channel))
+        self.normalised(passes, |pixel| even.value_with(odd, pixel))
     }
 
     /// One half of the image, of which `passes` passes were rendered.
@@ -245,7 +262,7 @@ impl Film {
     /// If `passes` is zero.
     pub fn half_image(&self, half: Half, passes: u32) -> Image {
         let plane = &self.halves[half as usize];
-        self.normalised(passes, |pixel, channel| plane.value(pixel, channel))
+        self.normalised(passes, |pixel| plane.value(pixel))
     }
 
     /// The noise of [`Film::image`] as [`half_image_rel_mse`] of its halves; `None` unless `passes` is even and not
@@ -255,12 +272,11 @@ impl Film {
         Some(half_image_rel_mse(&self.half_image(Half::Even, of_half), &self.half_image(Half::Odd, of_half)))
     }
 
-    fn normalised(&self, passes: u32, sum: impl Fn(usize, usize) -> f64) -> Image {
+    fn normalised(&self, passes: u32, sum: impl Fn(usize) -> [f64; 3]) -> Image {
         assert!(passes > 0, "an image is a mean over at least one pass");
         let passes = f64::from(passes);
-        let pixels = (0..self.pixels())
-            .map(|pixel| Rgb::from_array([0, 1, 2].map(|channel| (sum(pixel, channel) / passes) as f32)))
-            .collect();
+        let pixels =
+            (0..self.pixels()).map(|pixel| Rgb::from_array(sum(pixel).map(|sum| (sum / passes) as f32))).collect();
         Image { width: self.crop.width(), height: self.crop.height(), pixels }
     }
 }

@@ -29,6 +29,9 @@ pub(super) struct Plane {
     wide: Sparse<[Wide; 3], WIDE_PAGE>,
 }
 
+/// What word and fine word hold together, with its sign.
+pub(super) const UNIT_BITS: u32 = 64 + FINE_BITS;
+
 const FINE_PAGE: usize = 64;
 const WIDE_PAGE: usize = 8;
 
@@ -161,9 +164,30 @@ impl Plane {
 
     /// Adds a sum that was made elsewhere.
     pub(super) fn add_sum(&self, pixel: usize, channel: usize, sum: ExactSum) -> Result<(), Overflow> {
-        let Some(fine) = sum.in_units(self.scale.fine_bit(), 64 + FINE_BITS) else {
-            return self.add_words(pixel, channel, sum);
-        };
+        match sum.in_units(self.scale.fine_bit(), UNIT_BITS) {
+            Some(fine) => self.add_fine_units(pixel, channel, fine),
+            None => self.add_words(pixel, channel, sum),
+        }
+    }
+
+    /// Adds so many units of fine words of `scale`, less than 2⁹⁵.
+    #[inline]
+    pub(super) fn add_units(
+        &self,
+        pixel: usize,
+        channel: usize,
+        units: i128,
+        scale: FixedPoint,
+    ) -> Result<(), Overflow> {
+        if scale == self.scale {
+            self.add_fine_units(pixel, channel, units)
+        } else {
+            self.add_sum(pixel, channel, ExactSum::shifted(units, scale.fine_bit()))
+        }
+    }
+
+    #[inline]
+    fn add_fine_units(&self, pixel: usize, channel: usize, fine: i128) -> Result<(), Overflow> {
         let (quanta, rest) = ((fine >> FINE_BITS) as i64, (fine & ((1 << FINE_BITS) - 1)) as i64);
         if rest != 0 {
             self.add_fine(pixel, channel, rest)?;
@@ -171,46 +195,73 @@ impl Plane {
         if quanta != 0 { self.add_word(pixel, channel, quanta) } else { Ok(()) }
     }
 
-    /// The sum in units of fine words, unless it has a wide part.
+    /// What word and fine word hold.
     #[inline]
-    fn narrow(&self, pixel: usize, channel: usize) -> Option<i128> {
-        if self.wide.get(pixel).is_some() { None } else { Some(self.in_words(pixel, channel)) }
-    }
-
-    /// What word and fine word hold, in units of the latter: less than 2⁹⁶.
-    #[inline]
-    fn in_words(&self, pixel: usize, channel: usize) -> i128 {
-        let word = self.words[pixel][channel].load(Relaxed);
+    fn words(&self, pixel: usize, channel: usize) -> (i64, i64) {
         let fine = self.fine.get(pixel).map_or(0, |fine| fine[channel].load(Relaxed));
-        (i128::from(word) << FINE_BITS) + i128::from(fine)
+        (self.words[pixel][channel].load(Relaxed), fine)
     }
 
     /// The sum of a pixel.
     pub(super) fn sum(&self, pixel: usize, channel: usize) -> ExactSum {
-        let words = ExactSum::shifted(self.in_words(pixel, channel), self.scale.fine_bit());
+        let (word, fine) = self.words(pixel, channel);
+        let units = (i128::from(word) << FINE_BITS) + i128::from(fine);
+        let words = ExactSum::shifted(units, self.scale.fine_bit());
         let Some(wide) = self.wide.get(pixel) else { return words };
         let wide = ExactSum::from_words(std::array::from_fn(|i| wide[channel][i].load(Relaxed)));
         // Words without room for them in a wide sum that is full to the brim: it has been counted as an overflow, or nearly was.
         words.checked_add(wide).unwrap_or(wide)
     }
 
-    /// The same, rounded once.
+    /// The same in units of fine words of `scale`, if it is less than 2⁹⁵ of them and they make it up exactly.
     #[inline]
-    pub(super) fn value(&self, pixel: usize, channel: usize) -> f64 {
-        self.narrow(pixel, channel)
-            .map_or_else(|| self.sum(pixel, channel).to_f64(), |units| units as f64 * self.scale.fine_unit())
+    pub(super) fn units(&self, pixel: usize, channel: usize, scale: FixedPoint) -> Option<i128> {
+        if scale == self.scale && self.wide.get(pixel).is_none() {
+            let (word, fine) = self.words(pixel, channel);
+            let units = (i128::from(word) << FINE_BITS) + i128::from(fine);
+            return (units.unsigned_abs() >> (UNIT_BITS - 1) == 0).then_some(units);
+        }
+        self.sum(pixel, channel).in_units(scale.fine_bit(), UNIT_BITS)
     }
 
-    /// The sum of this pixel and that of another plane with the same quantum, rounded once.
+    /// The same of all channels, rounded once.
     #[inline]
-    pub(super) fn value_with(&self, other: &Self, pixel: usize, channel: usize) -> f64 {
-        debug_assert_eq!(self.scale, other.scale);
-        if let (Some(a), Some(b)) = (self.narrow(pixel, channel), other.narrow(pixel, channel)) {
-            return (a + b) as f64 * self.scale.fine_unit();
+    pub(super) fn value(&self, pixel: usize) -> [f64; 3] {
+        if self.wide.get(pixel).is_some() {
+            return [0, 1, 2].map(|channel| self.sum(pixel, channel).to_f64());
         }
-        let sums = [self, other].map(|plane| plane.sum(pixel, channel));
-        // Only sums that no render makes have no room together.
-        sums[0].checked_add(sums[1]).map_or_else(|| sums[0].to_f64() + sums[1].to_f64(), ExactSum::to_f64)
+        [0, 1, 2].map(|channel| {
+            let (word, fine) = self.words(pixel, channel);
+            self.rounded(word.into(), fine.into())
+        })
+    }
+
+    /// The sums of this pixel and that of another plane with the same quantum, rounded once.
+    #[inline]
+    pub(super) fn value_with(&self, other: &Self, pixel: usize) -> [f64; 3] {
+        debug_assert_eq!(self.scale, other.scale);
+        let planes = [self, other];
+        if planes.iter().any(|plane| plane.wide.get(pixel).is_some()) {
+            return [0, 1, 2].map(|channel| {
+                let [a, b] = planes.map(|plane| plane.sum(pixel, channel));
+                // Only sums that no render makes have no room together.
+                a.checked_add(b).map_or_else(|| a.to_f64() + b.to_f64(), ExactSum::to_f64)
+            });
+        }
+        [0, 1, 2].map(|channel| {
+            let [a, b] = planes.map(|plane| plane.words(pixel, channel));
+            self.rounded(i128::from(a.0) + i128::from(b.0), i128::from(a.1) + i128::from(b.1))
+        })
+    }
+
+    /// So many quanta and fine units, rounded once.
+    #[inline]
+    fn rounded(&self, quanta: i128, fine: i128) -> f64 {
+        match i64::try_from(quanta) {
+            // The usual case takes one instruction.
+            Ok(quanta) if fine == 0 => quanta as f64 * self.scale.unit(),
+            _ => ((quanta << FINE_BITS) + fine) as f64 * self.scale.fine_unit(),
+        }
     }
 
     pub(super) fn len(&self) -> usize {

@@ -1,6 +1,6 @@
 //! Which sums a render has, and what they are called in a file.
 
-use crate::film::{Coverage, DepositErrors, ExactSum, Film, Half};
+use crate::film::{Coverage, DepositErrors, ExactSum, Film, FixedPoint, Half};
 
 /// All exact sums of a render.
 #[derive(Clone)]
@@ -38,6 +38,19 @@ impl Sums<'_> {
     /// A sum of light.
     pub(super) fn light(&self, Light(film, half, channel): Light, pixel: usize) -> ExactSum {
         self.film(film).sum(half, pixel, channel)
+    }
+
+    /// The same in units of fine words of `scale`, where these make it up.
+    #[inline]
+    pub(super) fn units(&self, light: Light, pixel: usize, scale: FixedPoint) -> Option<i128> {
+        let Light(film, half, channel) = light;
+        self.film(film).units(half, pixel, channel, scale)
+    }
+
+    #[inline]
+    pub(super) fn add_units(&self, light: Light, pixel: usize, units: i128, scale: FixedPoint) {
+        let Light(film, half, channel) = light;
+        self.film(film).add_units(half, pixel, channel, units, scale);
     }
 
     pub(super) fn add_light(&self, Light(film, half, channel): Light, pixel: usize, value: ExactSum) {

@@ -4,7 +4,7 @@ use glam::Vec2;
 
 use super::*;
 use crate::{
-    film::{Coverage, DepositErrors, FixedPoint, Half, Image},
+    film::{Coverage, DepositErrors, ExactSum, FixedPoint, Half, Image},
     math::Rgb,
     sampling::{Filter, Independent, Sampler, Stream},
     scene::camera::{Raster, Sensor},
