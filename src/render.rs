@@ -103,7 +103,7 @@ impl<'a> Renderer<'a> {
     /// # Panics
     /// As [`Renderer::new`].
     pub fn with_integrator(scene: &'a Scene, settings: &'a Settings, integrator: Integrator) -> Self {
-        let scale = FixedPoint::for_peak_radiance(f64::from(scene.lights().peak_radiance()));
+        let scale = FixedPoint::for_radiance(scene.lights().typical_radiance());
         let film = Film::new(scene.camera.sensor(), settings.crop, settings.filter, scale);
         let coverage = match settings.background {
             Background::Shown => None,

@@ -20,6 +20,8 @@ pub enum Exit {
     Output = 4,
     /// Undecided: too noisy to tell.
     Undecided = 5,
+    /// Contributions could not be added to the image, which is written without them.
+    Incomplete = 6,
     /// A bug of the program itself.
     Bug = 70,
     /// Ended by Ctrl-C (128 + SIGINT).
@@ -30,13 +32,14 @@ pub enum Exit {
 
 impl Exit {
     /// Every code, with what it means to whoever called the program.
-    pub const TABLE: [(Self, &'static str); 9] = [
+    pub const TABLE: [(Self, &'static str); 10] = [
         (Self::Done, "done"),
         (Self::ComparisonFailed, "a comparison failed"),
         (Self::Usage, "wrong usage"),
         (Self::Input, "the input cannot be rendered"),
         (Self::Output, "an output cannot be written"),
         (Self::Undecided, "undecided: too noisy to tell"),
+        (Self::Incomplete, "written, but contributions are missing that could not be added"),
         (Self::Bug, "a bug of pathspace"),
         (Self::Interrupted, "interrupted by Ctrl-C"),
         (Self::Terminated, "ended by SIGTERM"),

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 
 use super::passes::Passes;
 use crate::{
-    film::{Crop, Film, FixedPoint, Header},
+    film::{Crop, Header, Sums},
     integrator::{RelativeRoulette, Weighting},
     io::{NamedCamera, ThinLens, View},
     path::Roulette,
@@ -35,7 +35,7 @@ pub(super) struct Job<'a> {
 
 /// What changes pixels, by its name in the header, whatever the number of samples: two renders for which this is the same, and
 /// the size, are parts of one.
-pub(super) fn settings(job: &Job<'_>, scale: FixedPoint) -> BTreeMap<String, String> {
+pub(super) fn settings(job: &Job<'_>) -> BTreeMap<String, String> {
     let settings = job.settings;
     let camera = job.camera;
     let mut attributes = vec![
@@ -48,7 +48,6 @@ pub(super) fn settings(job: &Job<'_>, scale: FixedPoint) -> BTreeMap<String, Str
         ("max-depth", settings.max_depth.to_string()),
         ("roulette", roulette(settings.roulette)),
         (FILTER, settings.filter.to_string()),
-        (QUANTUM, format!("2^{}", scale.exponent())),
         ("instructions", INSTRUCTIONS.to_owned()),
     ];
     if settings.min_depth != 1 {
@@ -104,29 +103,27 @@ pub(super) fn settings(job: &Job<'_>, scale: FixedPoint) -> BTreeMap<String, Str
     attributes.into_iter().map(|(name, value)| (name.to_owned(), value)).collect()
 }
 
-/// The filter and the film's unit, of which a film can be made again: what [`settings`] says of them.
-pub(super) fn film_of(settings: &BTreeMap<String, String>) -> Option<(Filter, FixedPoint)> {
-    let exponent = settings.get(QUANTUM)?.strip_prefix("2^")?.parse().ok()?;
-    Some((settings.get(FILTER)?.parse().ok()?, FixedPoint::with_exponent(exponent)))
+/// The filter, as [`settings`] says it.
+pub(super) fn filter_of(settings: &BTreeMap<String, String>) -> Option<Filter> {
+    settings.get(FILTER)?.parse().ok()
 }
 
 const FILTER: &str = "filter";
-const QUANTUM: &str = "quantum";
 
 /// The header of the image that is the mean of `passes`.
-pub(super) fn header(sensor: Sensor, settings: &BTreeMap<String, String>, film: &Film, passes: &Passes) -> Header {
+pub(super) fn header(sensor: Sensor, settings: &BTreeMap<String, String>, sums: &Sums<'_>, passes: &Passes) -> Header {
     let mut attributes: Vec<_> = settings.clone().into_iter().collect();
     let mut add = |name: &str, value| attributes.push((name.to_owned(), value));
     add("spp", passes.count().to_string());
-    add("noise", noise(passes.noise(film), passes.count()));
+    add("noise", noise(passes.noise(sums.film), passes.count()));
     if !passes.is_from_start() {
         add("passes", passes.to_string());
     }
-    let errors = film.errors();
+    let errors = sums.errors();
     if !errors.is_empty() {
         add("errors", format!("{errors:?}"));
     }
-    Header { sensor, crop: film.crop(), attributes }
+    Header { sensor, crop: sums.film.crop(), attributes }
 }
 
 fn view(view: View) -> String {

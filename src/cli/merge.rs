@@ -7,8 +7,8 @@ use std::{
 
 use super::{
     args::{VerbosityArgs, check_memory},
-    exit::Failure,
-    header::{film_of, header},
+    exit::{Exit, Failure},
+    header::{filter_of, header},
     layers,
     passes::Passes,
     pictures::{Outputs, Picture},
@@ -55,7 +55,7 @@ pub(super) struct MergeArgs {
 }
 
 /// Adds the sums of all shards. What can be refused by their headers is refused before any of the sums is read.
-pub(super) fn run(args: &MergeArgs) -> Result<(), Failure> {
+pub(super) fn run(args: &MergeArgs) -> Result<Exit, Failure> {
     let terminal = Terminal::new(args.verbosity.verbosity());
     let outputs = Outputs::check(args.output.clone())?;
     let set = Set::of(&args.shards)?;
@@ -64,14 +64,14 @@ pub(super) fn run(args: &MergeArgs) -> Result<(), Failure> {
 
     let CheckpointHeader { sensor, crop, settings, .. } = &set.first;
     let contents = &set.contents;
-    // The sums, and those of a shard beside them, as integers and, where one is written, as a file.
-    let times = if matches!(product, Product::Shard(_)) { 3 } else { 2 };
-    check_memory(contents.bytes(crop.pixels()).saturating_mul(times), args.memory_limit, *crop)?;
-    let foreign =
-        || Failure::input(format!("cannot use '{}': its filter or quantum is unknown", args.shards[0].display()));
-    let (filter, scale) = film_of(settings).ok_or_else(foreign)?;
+    // Beside the film the sums of a shard, as integers and, where one is written, as a file.
+    let times = if matches!(product, Product::Shard(_)) { 2 } else { 1 };
+    let films = (1 + contents.layers.len() as u64).saturating_mul(Film::memory(crop.pixels()));
+    check_memory(films.saturating_add(set.bytes.saturating_mul(times)), args.memory_limit, *crop)?;
+    let foreign = || Failure::input(format!("cannot use '{}': its filter is unknown", args.shards[0].display()));
+    let filter = filter_of(settings).ok_or_else(foreign)?;
     let sensor = Sensor { padding: filter.padding(), ..*sensor };
-    let film = || Film::new(sensor, *crop, filter, scale);
+    let film = || Film::new(sensor, *crop, filter, set.first.scale);
     let (image, layers) = (film(), contents.layers.iter().map(|name| (name.as_str(), film())).collect::<Vec<_>>());
     let coverage = contents.transparent.then(|| Coverage::new(*crop, filter));
     let layers = layers.iter().map(|(name, film)| (*name, film)).collect();
@@ -85,13 +85,13 @@ pub(super) fn run(args: &MergeArgs) -> Result<(), Failure> {
         file.add_to(&sums).map_err(|error| unusable(path, &error))?;
     }
 
-    render_passes::faults(&set.statistics, image.errors(), terminal);
+    let exit = render_passes::faults(&set.statistics, sums.errors(), terminal);
     let noise = render_passes::noise(passes.noise(&image), passes.count());
     terminal.say(format_args!("{} spp from {} files, {noise}", passes.count(), args.shards.len()));
     match product {
         Product::Shard(passes) => {
             let counts = saved::counts(&set.statistics);
-            let header = CheckpointHeader { passes, errors: image.errors(), counts, ..set.first.clone() };
+            let header = CheckpointHeader { passes, errors: sums.errors(), counts, ..set.first.clone() };
             outputs.write_bytes(encode_checkpoint(&sums, &header))?;
         }
         Product::Image(missing) => {
@@ -101,7 +101,7 @@ pub(super) fn run(args: &MergeArgs) -> Result<(), Failure> {
                 terminal.warn(only);
             }
             let exposure = args.exposure.map_or(Exposure::Auto, Exposure::Ev);
-            let header = header(sensor, settings, &image, passes);
+            let header = header(sensor, settings, &sums, passes);
             let picture = Picture {
                 image: image.image(passes.count()),
                 alpha: coverage.as_ref().map(Coverage::alpha),
@@ -112,7 +112,7 @@ pub(super) fn run(args: &MergeArgs) -> Result<(), Failure> {
         }
     }
     terminal.say(outputs.said());
-    Ok(())
+    Ok(exit)
 }
 
 /// What is made of the sums.
@@ -153,6 +153,8 @@ struct Set {
     /// How many passes there should be.
     whole: u32,
     statistics: Statistics,
+    /// What the largest file takes while it is read.
+    bytes: u64,
 }
 
 impl Set {
@@ -174,7 +176,9 @@ impl Set {
                 passes: Passes::default(),
                 whole,
                 statistics: Statistics::default(),
+                bytes: 0,
             });
+            set.bytes = set.bytes.max(file.bytes());
             set.check(&paths[0], path, header, file.contents())?;
             if let Err(twice) = set.passes.insert(header.passes.clone()) {
                 let other = ranges.iter().position(|range| range.contains(&twice.start)).unwrap_or_default();

@@ -91,7 +91,7 @@ pub fn run() -> Exit {
 fn dispatch(command: &Command) -> Result<Exit, Failure> {
     match command {
         Command::Render(args) => render::run(args),
-        Command::Merge(args) => merge::run(args).map(|()| Exit::Done),
+        Command::Merge(args) => merge::run(args),
         Command::Verify(args) => verify::run(args),
         Command::Compare(args) => compare::run(args),
         Command::Converge(args) => converge::run(args),

@@ -103,7 +103,7 @@ pub(super) fn run(args: &RenderArgs) -> Result<Exit, Failure> {
     let Wanted { passes, goal, whole } = wanted(args);
     let renderer = pool.install(|| Renderer::new(&scene, &settings));
     phases.end("build");
-    let mut recorded = header::settings(&job, renderer.film().scale());
+    let mut recorded = header::settings(&job);
     if scene.culls_back_faces() {
         recorded.insert("back-faces".to_owned(), "culled for the camera".to_owned());
     }
@@ -358,7 +358,7 @@ fn image_header(
     renderer: &Renderer<'_>,
     quality: Option<Quality>,
 ) -> Header {
-    let mut header = header(sensor, recorded, renderer.film(), &Passes::from(renderer.range()));
+    let mut header = header(sensor, recorded, &renderer.sums(), &Passes::from(renderer.range()));
     // It chose the number of samples by what they showed.
     header.attributes.extend(quality.map(|quality| ("noise-target".to_owned(), quality.to_string())));
     header

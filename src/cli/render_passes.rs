@@ -17,6 +17,9 @@ use crate::{
     render::{Renderer, Statistics},
 };
 
+/// Memory that nobody foretold and somebody may miss, MiB.
+const MUCH: u64 = 64;
+
 /// A noise at which a render is good enough before its goal.
 #[derive(Clone, Copy)]
 pub(super) struct Quality {
@@ -72,17 +75,23 @@ pub(super) struct Ended {
     pub(super) quality: Option<Quality>,
     /// The exit code of an interruption before the goal.
     pub(super) interrupted: Option<Exit>,
+    /// Whether every contribution is in the sums.
+    pub(super) complete: bool,
 }
 
 impl Ended {
     /// The exit code, if nothing more happens.
     pub(super) fn exit(&self) -> Exit {
-        self.interrupted.unwrap_or(Exit::Done)
+        self.interrupted.unwrap_or(if self.complete { Exit::Done } else { Exit::Incomplete })
     }
 
     /// The same as a word.
     pub(super) fn outcome(&self) -> &'static str {
-        if self.interrupted.is_some() { "interrupted" } else { "done" }
+        match self.interrupted {
+            Some(_) => "interrupted",
+            None if self.complete => "done",
+            None => "incomplete",
+        }
     }
 }
 
@@ -133,7 +142,8 @@ pub(super) fn run(
     progress.finish();
     viewer.show(renderer, terminal);
     let moment = start.moment(renderer, goal, renderer.film().noise(renderer.passes()));
-    Ended { moment, quality, interrupted }
+    let complete = renderer.sums().errors().is_empty() && renderer.statistics().rejected.is_empty();
+    Ended { moment, quality, interrupted, complete }
 }
 
 /// Where this run of the program began: a checkpoint's samples are not its own.
@@ -158,26 +168,33 @@ impl Start {
 
 /// What was done, what is known about the noise, and what went wrong.
 pub(super) fn summarise(renderer: &Renderer<'_>, end: &Moment, terminal: Terminal) {
-    faults(&renderer.statistics(), renderer.film().errors(), terminal);
+    // The exit code is that of `Ended`, which knows of interruptions.
+    let _ = faults(&renderer.statistics(), renderer.sums().errors(), terminal);
+    let sums = renderer.sums();
+    let films = || [sums.film].into_iter().chain(sums.layers.iter().map(|(_, film)| *film));
+    let (all, wide) = (films().map(Film::memory_now).sum::<u64>(), films().map(Film::wide_memory).sum::<u64>());
+    let (all, wide) = (all >> 20, wide >> 20);
+    if wide > MUCH && wide > all / 2 {
+        terminal.say(format_args!("note: deposits of very different sizes took {wide} of the film's {all} MiB"));
+    }
     let noise = noise(end.noise, end.passes);
     terminal.say(format_args!("{} spp in {}, {noise}", end.passes, Clock(end.elapsed)));
 }
 
-/// What went wrong, if anything did.
-pub(super) fn faults(statistics: &Statistics, errors: DepositErrors, terminal: Terminal) {
+/// Says what went wrong, if anything did, and which exit code that is.
+pub(super) fn faults(statistics: &Statistics, errors: DepositErrors, terminal: Terminal) -> Exit {
     terminal.detail(format_args!("{} samples, {} rays", statistics.samples, statistics.rays.total()));
     for (technique, count) in &statistics.rejected {
         terminal.warn(format_args!("technique {technique} made {count} contributions that are no number, left out"));
     }
     let faults = [
         (errors.non_finite, "contributions were not finite and are left out"),
-        (errors.negative, "contributions were negative and are left out"),
-        (errors.out_of_range, "contributions were too large for the film and are left out"),
-        (errors.overflow, "sums of pixels overflowed: these pixels are wrong"),
+        (errors.overflow, "additions to sums of pixels left the film's range of 2^170: these pixels are wrong"),
     ];
     for (count, what) in faults.into_iter().filter(|(count, _)| *count > 0) {
         terminal.warn(format_args!("{count} {what}"));
     }
+    if errors.is_empty() && statistics.rejected.is_empty() { Exit::Done } else { Exit::Incomplete }
 }
 
 /// What is known about the noise.

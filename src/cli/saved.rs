@@ -27,18 +27,20 @@ pub(super) fn encode(
     settings: &BTreeMap<String, String>,
     whole: Option<u32>,
 ) -> std::io::Result<Vec<u8>> {
-    let film = renderer.film();
+    let sums = renderer.sums();
+    let film = sums.film;
     let header = CheckpointHeader {
         // The filter says how much padding there is.
         sensor: Sensor { padding: 0, ..sensor },
         crop: film.crop(),
         settings: settings.clone(),
+        scale: film.scale(),
         passes: renderer.range(),
         whole,
-        errors: film.errors(),
+        errors: sums.errors(),
         counts: counts(&renderer.statistics()),
     };
-    encode_checkpoint(&renderer.sums(), &header)
+    encode_checkpoint(&sums, &header)
 }
 
 /// The render, going on where the file at `path` ends. It is to have the passes `wanted`.

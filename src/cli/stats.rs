@@ -15,7 +15,7 @@ use crate::{
 };
 
 /// Raised when a key changes its meaning or goes; new keys may come at any time.
-pub(super) const LAYOUT: u32 = 1;
+pub(super) const LAYOUT: u32 = 2;
 
 /// Refuses a place where no such file can be written, or one that an output takes.
 pub(super) fn check(path: Option<&PathBuf>, outputs: &Outputs) -> Result<(), Failure> {
@@ -66,15 +66,16 @@ impl Stats<'_> {
 
     fn json(&self) -> Value {
         let Self { job, renderer, ended, keeper, phases, threads } = self;
-        let (statistics, film) = (renderer.statistics(), renderer.film());
-        let (rays, errors, crop) = (statistics.rays, film.errors(), film.crop());
+        let (statistics, sums) = (renderer.statistics(), renderer.sums());
+        let (rays, errors, crop) = (statistics.rays, sums.errors(), sums.film.crop());
         let rejected: Map<_, _> =
             statistics.rejected.iter().map(|(technique, count)| (technique.to_string(), (*count).into())).collect();
         let mut seconds = phases.seconds.clone();
         // They are between the passes, and in their time.
         seconds.insert("checkpoints".to_owned(), keeper.spent().as_secs_f64().into());
         seconds.insert("all".to_owned(), phases.all.into());
-        let films = Film::memory(crop.pixels()) * (1 + renderer.layer_films().len() as u64);
+        let films = || [sums.film].into_iter().chain(renderer.layer_films());
+        let (film, wide) = (films().map(Film::memory_now).sum::<u64>(), films().map(Film::wide_memory).sum::<u64>());
         let coverage = renderer.coverage().map_or(0, |_| Coverage::memory(crop.pixels()));
         json!({
             "layout": LAYOUT,
@@ -106,12 +107,10 @@ impl Stats<'_> {
                 "checkpoints": keeper.written(),
             },
             "seconds": seconds,
-            "memory": { "film": films + coverage, "peak": peak_memory() },
+            "memory": { "film": film + coverage, "wide_sums": wide, "peak": peak_memory() },
             "rejected": rejected,
             "film_errors": {
                 "non_finite": errors.non_finite,
-                "negative": errors.negative,
-                "out_of_range": errors.out_of_range,
                 "overflow": errors.overflow,
             },
         })

@@ -1,16 +1,22 @@
 //! How much of each pixel is covered by something: the alpha channel of an image without background.
 
-use super::{Crop, plane::Plane, reach};
+use std::{
+    iter,
+    sync::atomic::{AtomicU64, Ordering::Relaxed},
+};
+
+use super::{Crop, reach};
 use crate::{sampling::Filter, scene::camera::Raster};
 
 /// The exact sums behind an alpha channel. Threads share it.
 ///
-/// As with the film, integers make it the same for any number of threads and any order of the samples.
+/// As with the film, integers make it the same for any number of threads and any order of the samples. They are rounded: weights
+/// lie between 0 and a few, so that a fixed quantum is as good as any.
 pub struct Coverage {
     crop: Crop,
     filter: Filter,
     /// Filter weights of all camera samples, and of those by as much as they are covered.
-    sums: Plane<2>,
+    sums: Box<[[AtomicU64; 2]]>,
 }
 
 impl Coverage {
@@ -19,12 +25,13 @@ impl Coverage {
 
     /// Nothing known yet about the pixels `crop`.
     pub fn new(crop: Crop, filter: Filter) -> Self {
-        Self { crop, filter, sums: Plane::new(crop.pixels() as usize) }
+        let sums = iter::repeat_with(<[AtomicU64; 2]>::default).take(crop.pixels() as usize).collect();
+        Self { crop, filter, sums }
     }
 
     /// What it takes for so many pixels, in bytes.
     pub fn memory(pixels: u64) -> u64 {
-        Plane::<2>::BYTES_PER_PIXEL * pixels
+        size_of::<[AtomicU64; 2]>() as u64 * pixels
     }
 
     /// Adds a camera sample that is `covered` in [0, 1].
@@ -36,21 +43,23 @@ impl Coverage {
             let row = y as usize * self.crop.width() as usize;
             for (x, wx) in columns.clone().zip(weights_x) {
                 let weight = f64::from(wx * wy) * Self::PER_UNIT;
-                let overflows = self.sums.add(row + x as usize, [weight, weight * f64::from(covered)]);
-                debug_assert_eq!(overflows, 0);
+                let quanta = [weight, weight * f64::from(covered)].map(|part| (part + 0.5) as u64);
+                for (sum, quanta) in self.sums[row + x as usize].iter().zip(quanta) {
+                    sum.fetch_add(quanta, Relaxed);
+                }
             }
         }
     }
 
     /// One of the two sums of a pixel.
     pub(super) fn sum(&self, pixel: usize, channel: usize) -> u64 {
-        self.sums.sum(pixel, channel)
+        self.sums[pixel][channel].load(Relaxed)
     }
 
     /// Adds to it.
     pub(super) fn add_sum(&self, pixel: usize, channel: usize, sum: u64) {
         // There is room for 2²⁶ samples: only a file that no render wrote could need more, and alpha is a quotient all the same.
-        let _ = self.sums.add_sum(pixel, channel, sum);
+        self.sums[pixel][channel].fetch_add(sum, Relaxed);
     }
 
     /// Alpha, pixel by pixel in the crop, row after row: the covered part of the filter's weight, in [0, 1].
@@ -59,9 +68,9 @@ impl Coverage {
     /// by), but alpha has only camera samples, and what is covered or empty throughout is exactly 1 or 0 so, however few they are.
     /// Without a sample it is 0.
     pub fn alpha(&self) -> Vec<f32> {
-        let part = |pixel| match self.sums.sum(pixel, 0) {
+        let part = |pixel| match self.sum(pixel, 0) {
             0 => 0.0,
-            all => (self.sums.sum(pixel, 1) as f64 / all as f64) as f32,
+            all => (self.sum(pixel, 1) as f64 / all as f64) as f32,
         };
         (0..self.sums.len()).map(part).collect()
     }

@@ -1,36 +1,39 @@
 //! The film: where contributions are added, exactly and in any order, and how images leave the program.
 //!
-//! Sums are integers in units of a quantum that the scene fixes ([`FixedPoint`]). Adding integers commutes, so the
-//! image is the same to the last bit for any number of threads, any split of the samples and any order of them.
-//! Nothing is lost silently: what cannot be added is counted ([`DepositErrors`]).
+//! Sums are exact: every finite f32 of either sign counts to its last bit, however small beside the brightest light and however large
+//! ([`ExactSum`]). They are integers, and adding integers commutes, so the image is the same to the last bit for any number
+//! of threads, any split of the samples and any order of them. Nothing is lost silently: what cannot be added is counted
+//! ([`DepositErrors`]).
 
 mod checkpoint;
 mod coverage;
 mod crop;
 mod exr;
+mod fixed;
 mod folder;
 mod image;
 mod noise;
 mod output;
 mod plane;
 mod png;
+mod sparse;
+mod sum;
 
 use std::sync::atomic::{AtomicU64, Ordering::Relaxed};
 
-use glam::DVec3;
-
-use self::plane::Plane;
+use self::plane::{Overflow, Plane};
 pub use self::{
     checkpoint::{CheckpointError, CheckpointFile, CheckpointHeader, Contents, Sums, encode_checkpoint},
     coverage::Coverage,
     crop::Crop,
     exr::{Header, Samples, encode_exr},
+    fixed::FixedPoint,
     folder::{check_folder, write_folder},
     image::{Image, half_image_rel_mse},
     noise::ENOUGH_TILES,
     output::{Format, OutputError, UnknownFormat, check_writable, write_atomically},
-    plane::FixedPoint,
     png::{Exposure, encode_png, srgb_codes},
+    sum::ExactSum,
 };
 use crate::{
     math::Rgb,
@@ -59,11 +62,7 @@ impl Half {
 pub struct DepositErrors {
     /// Deposits with a NaN or an infinity in value or place.
     pub non_finite: u64,
-    /// Deposits with a negative channel.
-    pub negative: u64,
-    /// Deposits beyond 2⁶⁰ quanta.
-    pub out_of_range: u64,
-    /// Channels of pixels whose sum wrapped around: these pixels are wrong.
+    /// Additions to a pixel's channel for which an [`ExactSum`] has no room: these pixels are wrong. No render lives to see one.
     pub overflow: u64,
 }
 
@@ -72,24 +71,35 @@ impl DepositErrors {
     pub fn is_empty(&self) -> bool {
         *self == Self::default()
     }
+
+    /// All of them.
+    pub fn total(&self) -> u64 {
+        self.non_finite.saturating_add(self.overflow)
+    }
+
+    /// These and the other's. (They may come from a file, which can say anything.)
+    #[must_use]
+    pub fn plus(self, other: Self) -> Self {
+        Self {
+            non_finite: self.non_finite.saturating_add(other.non_finite),
+            overflow: self.overflow.saturating_add(other.overflow),
+        }
+    }
 }
 
 /// The two half images of (a crop of) an image, as exact unnormalised sums. Threads share it.
 pub struct Film {
     crop: Crop,
     filter: Filter,
-    scale: FixedPoint,
-    halves: [Plane<3>; 2],
+    halves: [Plane; 2],
     /// In the order of [`DepositErrors`].
-    errors: [AtomicU64; 4],
+    errors: [AtomicU64; 2],
 }
 
 /// Indices into [`Film::errors`].
 #[derive(Clone, Copy)]
 enum Fault {
     NonFinite,
-    Negative,
-    OutOfRange,
     Overflow,
 }
 
@@ -102,12 +112,28 @@ impl Film {
         assert!(crop.fits(sensor), "{crop:?} does not fit {sensor:?}");
         assert!(sensor.padding >= filter.padding(), "{sensor:?} has too little padding for {filter:?}");
         let pixels = crop.pixels() as usize;
-        Self { crop, filter, scale, halves: [Plane::new(pixels), Plane::new(pixels)], errors: Default::default() }
+        let halves = [Plane::new(scale, pixels), Plane::new(scale, pixels)];
+        Self { crop, filter, halves, errors: Default::default() }
     }
 
-    /// What a film of so many pixels takes, in bytes.
+    /// What a film of so many pixels takes, in bytes, where no deposit is out of the common: half of it from the beginning, the other half
+    /// where small deposits fall. What lies beyond adds [`Film::wide_memory`].
     pub fn memory(pixels: u64) -> u64 {
-        2 * Plane::<3>::BYTES_PER_PIXEL * pixels
+        2 * Plane::expected_memory(pixels)
+    }
+
+    /// The most that one sum of a pixel takes which is far out of the common, in bytes.
+    pub const WIDEST_SUM: u64 = Plane::WIDEST;
+
+    /// What it takes now, in bytes.
+    pub fn memory_now(&self) -> u64 {
+        self.halves.iter().map(|plane| plane.memory().0).sum()
+    }
+
+    /// How much of this the sums of pixels take that got deposits far out of the common: far below the typical radiance, far
+    /// above it, or so many that they are.
+    pub fn wide_memory(&self) -> u64 {
+        self.halves.iter().map(|plane| plane.memory().1).sum()
     }
 
     /// The pixels of the image that the film holds.
@@ -115,77 +141,73 @@ impl Film {
         self.crop
     }
 
-    /// The unit of its sums.
+    /// Where its words lie. It changes no sum.
     pub fn scale(&self) -> FixedPoint {
-        self.scale
+        self.halves[0].scale()
     }
 
-    /// Adds `value` h_j(`raster`) to every pixel j, rounding each product once. `value` is a contribution
-    /// F/(n p) without its h_j; it is not divided by the number of passes.
+    /// Adds `value` h_j(`raster`), rounded to f32, to every pixel j. (With the box filter that is `value` itself.) `value` is a
+    /// contribution F/(n p) without its h_j; it is not divided by the number of passes.
     #[inline(always)]
     pub fn deposit(&self, raster: Raster, value: Rgb, half: Half) {
-        let quanta = value.as_dvec3() * self.scale.per_unit();
-        if let Some(fault) = fault(raster, value, quanta.max_element()) {
-            self.count(fault, 1);
+        if !(value.is_finite() && raster.0.is_finite()) {
+            self.count(Fault::NonFinite, 1);
             return;
         }
         if self.filter == Filter::Box {
             // h is 1 on the sample's own pixel: the general way below, without its loops.
             let (x, y) = (raster.0.x.floor() as i64, raster.0.y.floor() as i64);
             if let Some(pixel) = self.crop.index(x, y) {
-                let overflows = self.halves[half as usize].add(pixel, quanta.to_array());
+                let overflows = self.halves[half as usize].add(pixel, value.to_array());
                 if overflows > 0 {
                     self.count(Fault::Overflow, overflows);
                 }
             }
         } else {
-            self.spread(raster, quanta, half);
+            self.spread(raster, value, half);
         }
     }
 
     /// Adds to every pixel that the filter's support reaches.
     #[inline(never)]
-    fn spread(&self, raster: Raster, quanta: DVec3, half: Half) {
+    fn spread(&self, raster: Raster, value: Rgb, half: Half) {
         // The support reaches as many pixels to either side as the padding has; what lies outside the crop belongs to
         // another part of the image.
         let place = raster.0;
         let (columns, weights_x) = reach(self.filter, place.x, self.crop.x0, self.crop.x1);
         let (rows, weights_y) = reach(self.filter, place.y, self.crop.y0, self.crop.y1);
         let plane = &self.halves[half as usize];
-        let mut overflows = 0;
         for (y, wy) in rows.zip(weights_y) {
             let row = y as usize * self.crop.width() as usize;
             for (x, wx) in columns.clone().zip(weights_x) {
-                overflows += plane.add(row + x as usize, (quanta * f64::from(wx * wy)).to_array());
+                // No filter is above 1, so that this is as finite as `value`.
+                let overflows = plane.add(row + x as usize, (value * (wx * wy)).to_array());
+                if overflows > 0 {
+                    self.count(Fault::Overflow, overflows);
+                }
             }
-        }
-        if overflows > 0 {
-            self.count(Fault::Overflow, overflows);
         }
     }
 
     #[cold]
     fn count(&self, fault: Fault, times: u64) {
-        self.errors[fault as usize].fetch_add(times, Relaxed);
+        let errors = &self.errors[fault as usize];
+        // What a file says may be as large as numbers get.
+        if errors.fetch_add(times, Relaxed).checked_add(times).is_none() {
+            errors.store(u64::MAX, Relaxed);
+        }
     }
 
     /// What could not be added so far.
     pub fn errors(&self) -> DepositErrors {
         let count = |fault: Fault| self.errors[fault as usize].load(Relaxed);
-        DepositErrors {
-            non_finite: count(Fault::NonFinite),
-            negative: count(Fault::Negative),
-            out_of_range: count(Fault::OutOfRange),
-            overflow: count(Fault::Overflow),
-        }
+        DepositErrors { non_finite: count(Fault::NonFinite), overflow: count(Fault::Overflow) }
     }
 
     /// Adds to the count of what could not be added: what other parts of the same render left out.
     pub fn add_errors(&self, errors: DepositErrors) {
-        let DepositErrors { non_finite, negative, out_of_range, overflow } = errors;
+        let DepositErrors { non_finite, overflow } = errors;
         self.count(Fault::NonFinite, non_finite);
-        self.count(Fault::Negative, negative);
-        self.count(Fault::OutOfRange, out_of_range);
         self.count(Fault::Overflow, overflow);
     }
 
@@ -194,16 +216,33 @@ impl Film {
         self.halves[0].len()
     }
 
-    /// The sum of one channel of a half image's pixel, in quanta: exact. Pixels are counted row by row.
+    /// The sum of one channel of a half image's pixel. Pixels are counted row by row.
     ///
     /// # Panics
     /// For a pixel or a channel that is not there.
-    pub fn sum(&self, half: Half, pixel: usize, channel: usize) -> u64 {
+    pub fn sum(&self, half: Half, pixel: usize, channel: usize) -> ExactSum {
         self.halves[half as usize].sum(pixel, channel)
     }
 
-    fn add_sum(&self, half: Half, pixel: usize, channel: usize, sum: u64) {
-        if self.halves[half as usize].add_sum(pixel, channel, sum) {
+    fn add_sum(&self, half: Half, pixel: usize, channel: usize, sum: ExactSum) {
+        self.count_overflow(self.halves[half as usize].add_sum(pixel, channel, sum));
+    }
+
+    /// [`Plane::units`].
+    #[inline]
+    fn units(&self, half: Half, pixel: usize, channel: usize, scale: FixedPoint) -> Option<i128> {
+        self.halves[half as usize].units(pixel, channel, scale)
+    }
+
+    /// [`Plane::add_units`].
+    #[inline]
+    fn add_units(&self, half: Half, pixel: usize, channel: usize, units: i128, scale: FixedPoint) {
+        self.count_overflow(self.halves[half as usize].add_units(pixel, channel, units, scale));
+    }
+
+    #[inline]
+    fn count_overflow(&self, added: Result<(), Overflow>) {
+        if added.is_err() {
             self.count(Fault::Overflow, 1);
         }
     }
@@ -214,10 +253,7 @@ impl Film {
     /// If `passes` is zero.
     pub fn image(&self, passes: u32) -> Image {
         let [even, odd] = &self.halves;
-        self.normalised(passes, |pixel, channel| {
-            // Two sums of 64 bits need 65.
-            (u128::from(even.sum(pixel, channel)) + u128::from(odd.sum(pixel, channel))) as f64
-        })
+        self.normalised(passes, |pixel| even.value_with(odd, pixel))
     }
 
     /// One half of the image, of which `passes` passes were rendered.
@@ -226,7 +262,7 @@ impl Film {
     /// If `passes` is zero.
     pub fn half_image(&self, half: Half, passes: u32) -> Image {
         let plane = &self.halves[half as usize];
-        self.normalised(passes, |pixel, channel| plane.sum(pixel, channel) as f64)
+        self.normalised(passes, |pixel| plane.value(pixel))
     }
 
     /// The noise of [`Film::image`] as [`half_image_rel_mse`] of its halves; `None` unless `passes` is even and not
@@ -236,12 +272,11 @@ impl Film {
         Some(half_image_rel_mse(&self.half_image(Half::Even, of_half), &self.half_image(Half::Odd, of_half)))
     }
 
-    fn normalised(&self, passes: u32, sum: impl Fn(usize, usize) -> f64) -> Image {
+    fn normalised(&self, passes: u32, sum: impl Fn(usize) -> [f64; 3]) -> Image {
         assert!(passes > 0, "an image is a mean over at least one pass");
-        let scale = self.scale.quantum() / f64::from(passes);
-        let pixels = (0..self.pixels())
-            .map(|pixel| Rgb::from_array([0, 1, 2].map(|channel| (sum(pixel, channel) * scale) as f32)))
-            .collect();
+        let passes = f64::from(passes);
+        let pixels =
+            (0..self.pixels()).map(|pixel| Rgb::from_array(sum(pixel).map(|sum| (sum / passes) as f32))).collect();
         Image { width: self.crop.width(), height: self.crop.height(), pixels }
     }
 }
@@ -259,20 +294,6 @@ fn reach(filter: Filter, x: f32, first: u32, end: u32) -> (std::ops::Range<u32>,
         *weight = filter.weight_1d(x - (pixel as f32 + mistake!(0.5, FilterOffCentre => 0.0)));
     }
     ((from as u32 - first)..(to as u32 - first), weights)
-}
-
-/// Why a deposit cannot be added, if so.
-#[inline(always)]
-fn fault(raster: Raster, value: Rgb, largest: f64) -> Option<Fault> {
-    if !value.is_finite() || !raster.0.is_finite() {
-        Some(Fault::NonFinite)
-    } else if value.min_element() < 0.0 {
-        Some(Fault::Negative)
-    } else if largest >= FixedPoint::LIMIT {
-        Some(Fault::OutOfRange)
-    } else {
-        None
-    }
 }
 
 #[cfg(test)]

@@ -1,8 +1,7 @@
 //! Layers: images of the paths that a predicate holds for, made beside the image itself.
 //!
 //! A predicate asks a path for its events ([`Expression`]), its length, its light or the strategy that found it. Every layer is a film
-//! of its own with the image's quantum, and each deposit goes to it with the same rounding as to the image: layers that
-//! share every path among them add up to the image exactly, in integers.
+//! of its own, whose sums are as exact as the image's: layers that share every path among them add up to the image exactly.
 
 mod alphabet;
 mod expression;

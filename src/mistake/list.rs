@@ -76,7 +76,8 @@ mistakes! {
     SrgbUndecoded "srgb-undecoded" "8-bit colours are taken as linear.";
     PaddingForgotten "padding-forgotten" "Camera subpaths are counted without those of the padding.";
     PaddingSplats "padding-splats" "Light subpaths of the padding count among those that splat.";
-    DepositsCut "deposits-cut" "Deposits are cut to whole quanta.";
+    ResidueLost "residue-lost" "Deposits that are no multiples of the film's quantum are left out.";
+    CarryLost "carry-lost" "What a word of the film loses when it wraps around is lost.";
     FilterOffCentre "filter-off-centre" "A filter is centred on the pixel's corner.";
     HalvesByPairs "halves-by-pairs" "Passes go to the half images two by two.";
     CropShiftsNumbers "crop-shifts-numbers" "Random numbers follow the place in the crop.";

@@ -58,7 +58,8 @@ impl Setting {
     pub(super) fn new(scene: &Scene, integrators: Vec<Integrator>) -> Self {
         let peak = f64::from(scene.lights().peak_radiance());
         let unit = if peak.is_normal() { peak } else { 1.0 };
-        Self { integrators, sensor: scene.camera.sensor(), scale: FixedPoint::for_peak_radiance(peak), unit }
+        let scale = FixedPoint::for_radiance(scene.lights().typical_radiance());
+        Self { integrators, sensor: scene.camera.sensor(), scale, unit }
     }
 
     /// What the sum of a tile is multiplied with to be a mean of [`Regions`].
@@ -89,8 +90,7 @@ impl Films {
 
     /// Deposits that the films could not hold.
     pub(super) fn faults(&self) -> u64 {
-        let errors = self.0.iter().filter_map(OnceLock::get).map(Film::errors);
-        errors.map(|e| e.non_finite + e.negative + e.out_of_range + e.overflow).sum()
+        self.0.iter().filter_map(OnceLock::get).map(|film| film.errors().total()).sum()
     }
 }
 

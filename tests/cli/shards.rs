@@ -68,7 +68,7 @@ fn shards_have_names_of_their_own_and_are_ordinary_images() {
     assert!(stderr(&output).contains("no samples"), "three samples leave most of 16 shards empty: {}", stderr(&output));
     let image = read_first_flat_layer_from_file(run.path("cornell-box-path-2-of-16.exr")).unwrap();
     let channels = image.layer_data.channel_data.list;
-    assert_eq!((channels.len(), channels[0].name.to_string().as_str()), (12, "even.B.high"));
+    assert_eq!((channels.len(), channels[0].name.to_string().as_str()), (18, "even.B.fine"));
     assert!(
         channels.iter().all(|channel| matches!(&channel.sample_data, FlatSamples::U32(words) if words.len() == 192))
     );
@@ -188,4 +188,52 @@ fn a_shard_that_is_no_file_of_sums_is_refused() {
     refused(&run.render(&["-q", "--shard", "1"]), 2, "2/16");
     refused(&run.render(&["-q", "--shard", "1/2", "--time", "1s"]), 2, "--time");
     assert!(run.files().is_empty());
+}
+
+/// What could not be added stays known through files and merges, and every command that has it says so.
+#[test]
+fn what_is_missing_is_said_to_the_end() {
+    use pathspace::film::{CheckpointFile, DepositErrors, Film, Sums, encode_checkpoint};
+    let run = Run::new();
+    let files = shards(&run, "path", 2, &[]);
+    run.image("a.exr", &["-q", "-i", "path", "--spp", "4", "--checkpoint", "k.exr"]);
+    for name in [files[1].as_str(), "k.exr"] {
+        // The same sums, with a count of deposits that were not among them.
+        let file = CheckpointFile::open(&run.path(name)).unwrap();
+        let mut header = file.header().clone();
+        let film = Film::new(header.sensor, header.crop, pathspace::sampling::Filter::Box, header.scale);
+        let sums = Sums { film: &film, coverage: None, layers: Vec::new() };
+        file.add_to(&sums).unwrap();
+        header.errors = DepositErrors { non_finite: 3, overflow: 0 };
+        fs::write(run.path(name), encode_checkpoint(&sums, &header).unwrap()).unwrap();
+    }
+    let incomplete = |output: &std::process::Output| {
+        assert_eq!(code(output), 6, "{}", stderr(output));
+        assert!(stderr(output).contains("3 contributions were not finite"), "{}", stderr(output));
+    };
+    incomplete(&merge(&run, &files, &["-o", "merged.exr"]));
+    assert!(run.path("merged.exr").exists());
+    incomplete(&merge(&run, &files, &["--as-shard", "-o", "whole.exr"]));
+    incomplete(&merge(&run, &["whole.exr".to_owned()], &["-o", "again.exr"]));
+    let stats = ["--resume", "k.exr", "--stats", "s.json"];
+    incomplete(&run.render(&[&["-i", "path", "--spp", "8", "-o", "b.exr"][..], &stats].concat()));
+    let json: serde_json::Value = serde_json::from_slice(&fs::read(run.path("s.json")).unwrap()).unwrap();
+    assert_eq!((&json["exit"], &json["outcome"]), (&6.into(), &"incomplete".into()));
+    assert_eq!(json["film_errors"]["non_finite"], 3);
+}
+
+#[test]
+fn shards_of_an_older_layout_are_refused_in_a_sentence() {
+    let run = Run::new();
+    let files = shards(&run, "path", 1, &[]);
+    let mut bytes = fs::read(run.path(&files[0])).unwrap();
+    let name = b"pathspace.state.layout\0string\0\x01\0\0\0";
+    let place = bytes.windows(name.len()).position(|window| window == name).unwrap() + name.len();
+    bytes[place] = b'1';
+    fs::write(run.path("old.exr"), bytes).unwrap();
+    refused(
+        &merge(&run, &["old.exr".to_owned()], &["-q", "-o", "out.exr"]),
+        3,
+        "another version of pathspace wrote it",
+    );
 }

@@ -5,7 +5,7 @@
 //! wrongly.
 
 use pathspace::{
-    film::{Film, Half},
+    film::{ExactSum, Film, Half},
     integrator::{IntegratorKind, Weighting},
     layers::{Expression, LayerSet, Layers},
     path::{JoinedPath, Path, Technique},
@@ -27,7 +27,7 @@ fn settings(integrator: IntegratorKind, sampler: SamplerKind) -> Settings {
 const SPP: u32 = 3;
 
 /// All sums of a film.
-fn sums(film: &Film) -> Vec<u64> {
+fn sums(film: &Film) -> Vec<ExactSum> {
     let of = |half| (0..film.pixels()).flat_map(move |pixel| (0..3).map(move |channel| (half, pixel, channel)));
     [Half::Even, Half::Odd].into_iter().flat_map(of).map(|(h, p, c)| film.sum(h, p, c)).collect()
 }
@@ -38,7 +38,7 @@ fn layers(sets: &[LayerSet], own: &[(&str, &str)], scene: &Scene, settings: &Set
 }
 
 /// The sums of the image and of each layer.
-fn render(scene: &Scene, settings: &Settings, layers: &Layers) -> (Vec<u64>, Vec<Vec<u64>>) {
+fn render(scene: &Scene, settings: &Settings, layers: &Layers) -> (Vec<ExactSum>, Vec<Vec<ExactSum>>) {
     let mut renderer = Renderer::new(scene, settings).with_layers(layers);
     (0..SPP).for_each(|_| renderer.pass());
     (sums(renderer.film()), renderer.layer_films().iter().map(sums).collect())
@@ -52,9 +52,10 @@ fn those_of_a_partition_add_up_to_the_image() {
             for set in LayerSet::ALL.into_iter().filter(|set| *set != LayerSet::Unweighted) {
                 let layers = layers(&[set], &[], &scene, &settings);
                 let (image, parts) = render(&scene, &settings, &layers);
-                assert!(image.iter().any(|sum| *sum > 0), "{kind}");
-                let total: Vec<u64> = if set.is_partition() {
-                    (0..image.len()).map(|i| parts.iter().map(|layer| layer[i]).sum()).collect()
+                assert!(image.iter().any(|sum| !sum.is_zero()), "{kind}");
+                let total: Vec<ExactSum> = if set.is_partition() {
+                    let add = |sum: ExactSum, part: ExactSum| sum.checked_add(part).unwrap();
+                    (0..image.len()).map(|i| parts.iter().map(|layer| layer[i]).fold(ExactSum::ZERO, add)).collect()
                 } else {
                     parts.last().unwrap().clone()
                 };
@@ -97,8 +98,9 @@ fn a_strategys_unweighted_layer_is_the_render_of_that_strategy_alone() {
         (0..SPP).for_each(|_| renderer.pass());
         for (own, other) in sums(renderer.film()).into_iter().zip(layer) {
             // A weight that is multiplied and divided by leaves a few roundings of f32.
-            assert!(own.abs_diff(other) <= 4 + own / 500_000, "{strategy}: {own} and {other}");
-            compared += usize::from(own > 0);
+            let (own, other) = (own.to_f64(), other.to_f64());
+            assert!((own - other).abs() <= 1e-12 + 2e-6 * own, "{strategy}: {own} and {other}");
+            compared += usize::from(own > 0.0);
         }
     }
     assert!(compared > 1000, "{compared} sums are not zero");
@@ -112,7 +114,7 @@ fn assert_layer(scene: &Scene, integrator: IntegratorKind, expression: &str, kee
     let keep = |path: &JoinedPath| path.technique() != Technique::Area && keep(&path.to_path());
     (0..SPP).for_each(|_| renderer.pass_where(&keep));
     let alone = sums(renderer.film());
-    assert!(alone.iter().any(|sum| *sum > 0), "no path is '{expression}'");
+    assert!(alone.iter().any(|sum| !sum.is_zero()), "no path is '{expression}'");
     assert!(alone == parts[0], "'{expression}' by {integrator}");
 }
 

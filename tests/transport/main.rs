@@ -23,6 +23,7 @@ mod metamorphic;
 mod operator;
 mod options;
 mod public;
+mod range;
 mod report;
 mod robustness;
 mod scenes;

@@ -9,16 +9,17 @@ use ::exr::{
 
 use super::CheckpointError;
 use crate::{
-    film::{Crop, DepositErrors, exr::PREFIX},
+    film::{Crop, DepositErrors, FixedPoint, exr::PREFIX},
     scene::camera::Sensor,
 };
 
 /// The layout that this module's parent describes; another one gets another number.
-const LAYOUT: u32 = 1;
+pub(super) const LAYOUT: u32 = 2;
 /// After [`PREFIX`], before the names of what is not a setting.
 pub(super) const STATE: &str = "state.";
 
 pub(super) const CHECKSUM: &str = "checksum";
+pub(super) const ENTRIES: &str = "wide-sums";
 /// What a file of sums says besides them.
 #[derive(Clone, Debug, PartialEq)]
 pub struct CheckpointHeader {
@@ -28,6 +29,8 @@ pub struct CheckpointHeader {
     pub crop: Crop,
     /// Everything else that changes pixels, by the names that it has in an image's header.
     pub settings: BTreeMap<String, String>,
+    /// Where the film's words lie, in which most sums are written. It changes none.
+    pub scale: FixedPoint,
     /// The passes whose samples the sums hold.
     pub passes: Range<u32>,
     /// How many passes there are in the whole render; `None` if that was not said beforehand.
@@ -39,17 +42,16 @@ pub struct CheckpointHeader {
 }
 
 impl CheckpointHeader {
-    /// All attributes but the checksum, in the order of their names.
+    /// All attributes but the checksum and what the sums say of themselves, in the order of their names.
     pub(super) fn attributes(&self) -> BTreeMap<String, String> {
         let Range { start, end } = self.passes;
-        let DepositErrors { non_finite, negative, out_of_range, overflow } = self.errors;
+        let DepositErrors { non_finite, overflow } = self.errors;
         let own = [
             ("layout", LAYOUT.to_string()),
+            ("quantum", format!("2^{}", self.scale.exponent())),
             ("passes", format!("{start}..{end}")),
             ("whole", self.whole.map_or(OPEN.to_owned(), |passes| passes.to_string())),
             ("non-finite", non_finite.to_string()),
-            ("negative", negative.to_string()),
-            ("out-of-range", out_of_range.to_string()),
             ("overflow", overflow.to_string()),
         ];
         let own = own.into_iter().map(|(name, value)| (format!("{STATE}{name}"), value));
@@ -62,8 +64,8 @@ impl CheckpointHeader {
 const OPEN: &str = "open";
 /// Before the names of [`CheckpointHeader::counts`].
 const COUNT: &str = "count.";
-/// The header's contents and its checksum.
-pub(super) fn parse(file: &header::Header) -> Result<(CheckpointHeader, String), CheckpointError> {
+/// The header's contents, the number of entries of its table and its checksum.
+pub(super) fn parse(file: &header::Header) -> Result<(CheckpointHeader, u64, String), CheckpointError> {
     let mut settings = BTreeMap::new();
     let mut state = BTreeMap::new();
     for (name, value) in &file.own_attributes.other {
@@ -79,8 +81,15 @@ pub(super) fn parse(file: &header::Header) -> Result<(CheckpointHeader, String),
         let what = if settings.is_empty() { "another program's image" } else { "a finished image, without its sums" };
         return Err(CheckpointError::Foreign(what.to_owned()));
     }
-    if take::<u32>(&mut state, "layout")? != LAYOUT {
-        return Err(CheckpointError::Foreign("another version wrote it".to_owned()));
+    let layout = take(&mut state, "layout")?;
+    if layout != LAYOUT {
+        return Err(CheckpointError::OtherLayout(layout));
+    }
+    let exponent = take::<String>(&mut state, "quantum")?;
+    let exponent = exponent.strip_prefix("2^").and_then(|exponent| exponent.parse().ok());
+    let scale = FixedPoint::with_exponent(exponent.ok_or_else(|| damaged("quantum"))?);
+    if exponent != Some(scale.exponent()) {
+        return Err(damaged("quantum"));
     }
     let passes = take::<String>(&mut state, "passes")?;
     let passes = passes.split_once("..").and_then(|(a, b)| Some(a.parse().ok()?..b.parse().ok()?));
@@ -92,18 +101,14 @@ pub(super) fn parse(file: &header::Header) -> Result<(CheckpointHeader, String),
     if whole.is_some_and(|whole| whole < passes.end) {
         return Err(damaged("passes"));
     }
-    let errors = DepositErrors {
-        non_finite: take(&mut state, "non-finite")?,
-        negative: take(&mut state, "negative")?,
-        out_of_range: take(&mut state, "out-of-range")?,
-        overflow: take(&mut state, "overflow")?,
-    };
+    let errors = DepositErrors { non_finite: take(&mut state, "non-finite")?, overflow: take(&mut state, "overflow")? };
     let checksum = take(&mut state, CHECKSUM)?;
+    let entries = take(&mut state, ENTRIES)?;
     let counts = state.into_iter().filter_map(|(name, value)| Some((name.strip_prefix(COUNT)?.to_owned(), value)));
     let counts = counts.collect();
     let (sensor, crop) =
         windows(file).ok_or_else(|| CheckpointError::Damaged("its windows make no image".to_owned()))?;
-    Ok((CheckpointHeader { sensor, crop, settings, passes, whole, errors, counts }, checksum))
+    Ok((CheckpointHeader { sensor, crop, settings, scale, passes, whole, errors, counts }, entries, checksum))
 }
 
 /// The full image and the pixels in the file, as far as they can be those of a render.

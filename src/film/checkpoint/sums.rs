@@ -1,6 +1,6 @@
 //! Which sums a render has, and what they are called in a file.
 
-use crate::film::{Coverage, Film, Half};
+use crate::film::{Coverage, DepositErrors, ExactSum, Film, FixedPoint, Half};
 
 /// All exact sums of a render.
 #[derive(Clone)]
@@ -21,7 +21,12 @@ impl Sums<'_> {
         Contents { transparent: self.coverage.is_some(), layers }
     }
 
-    /// All of them, with their names.
+    /// What could not be added to any of them.
+    pub fn errors(&self) -> DepositErrors {
+        self.layers.iter().fold(self.film.errors(), |all, (_, film)| all.plus(film.errors()))
+    }
+
+    /// All of them, in the order of their names.
     pub(super) fn all(&self) -> Vec<(String, Sum)> {
         all(self.coverage.is_some(), self.layers.iter().map(|(name, _)| *name))
     }
@@ -30,22 +35,26 @@ impl Sums<'_> {
         number.checked_sub(1).map_or(self.film, |layer| self.layers[layer].1)
     }
 
-    pub(super) fn get(&self, sum: Sum, pixel: usize) -> u64 {
-        match sum {
-            Sum::Light(film, half, channel) => self.film(film).sum(half, pixel, channel),
-            Sum::Coverage(channel) => self.coverage.map_or(0, |coverage| coverage.sum(pixel, channel)),
-        }
+    /// A sum of light.
+    pub(super) fn light(&self, Light(film, half, channel): Light, pixel: usize) -> ExactSum {
+        self.film(film).sum(half, pixel, channel)
     }
 
-    pub(super) fn add(&self, sum: Sum, pixel: usize, value: u64) {
-        match sum {
-            Sum::Light(film, half, channel) => self.film(film).add_sum(half, pixel, channel, value),
-            Sum::Coverage(channel) => {
-                if let Some(coverage) = self.coverage {
-                    coverage.add_sum(pixel, channel, value);
-                }
-            }
-        }
+    /// The same in units of fine words of `scale`, where these make it up.
+    #[inline]
+    pub(super) fn units(&self, light: Light, pixel: usize, scale: FixedPoint) -> Option<i128> {
+        let Light(film, half, channel) = light;
+        self.film(film).units(half, pixel, channel, scale)
+    }
+
+    #[inline]
+    pub(super) fn add_units(&self, light: Light, pixel: usize, units: i128, scale: FixedPoint) {
+        let Light(film, half, channel) = light;
+        self.film(film).add_units(half, pixel, channel, units, scale);
+    }
+
+    pub(super) fn add_light(&self, Light(film, half, channel): Light, pixel: usize, value: ExactSum) {
+        self.film(film).add_sum(half, pixel, channel, value);
     }
 }
 
@@ -59,10 +68,12 @@ pub struct Contents {
 }
 
 impl Contents {
-    /// What the sums take in a file, and again while they are read or written, in bytes.
+    /// What the sums take in a file, and again while they are read or written, in bytes: without a table of those that are out of the
+    /// common.
     pub fn bytes(&self, pixels: u64) -> u64 {
-        let sums = 6 * (1 + self.layers.len() as u64) + if self.transparent { 2 } else { 0 };
-        8 * pixels.saturating_mul(sums)
+        let light = 3 * 6 * (1 + self.layers.len() as u64);
+        let words = light + if self.transparent { 4 } else { 0 };
+        4 * pixels.saturating_mul(words)
     }
 
     /// What a file with these channels has; `None` if they are not those of a render.
@@ -72,7 +83,7 @@ impl Contents {
         contents.layers.sort();
         contents.transparent = channels.iter().any(|name| name == "coverage.all.low");
         let own = all(contents.transparent, contents.layers.iter().map(String::as_str));
-        let mut own: Vec<_> = own.iter().flat_map(|(name, _)| words(name)).collect();
+        let mut own: Vec<_> = own.iter().flat_map(|(name, sum)| words(name, *sum)).collect();
         own.sort();
         channels.sort();
         (own == channels).then_some(contents)
@@ -82,30 +93,39 @@ impl Contents {
 /// Before the names of layers, so that none is taken for a sum of the image.
 const LAYER: &str = "layer.";
 
-/// The channels with the high and the low word of a sum.
-pub(super) fn words(name: &str) -> [String; 2] {
-    ["high", "low"].map(|part| format!("{name}.{part}"))
+/// The channels with the words of a sum, the highest first.
+pub(super) fn words(name: &str, sum: Sum) -> impl Iterator<Item = String> {
+    let parts = match sum {
+        Sum::Light(_) => &["high", "low", "fine"][..],
+        Sum::Coverage(_) => &["high", "low"],
+    };
+    parts.iter().map(move |part| format!("{name}.{part}"))
 }
 
 /// One of the sums of every pixel.
 #[derive(Clone, Copy)]
 pub(super) enum Sum {
-    /// Of the image (0) or a layer (its place and one).
-    Light(usize, Half, usize),
+    Light(Light),
     Coverage(usize),
 }
+
+/// One of the image (0) or a layer (its place and one), of a half of it, and of a channel.
+#[derive(Clone, Copy)]
+pub(super) struct Light(usize, Half, usize);
 
 fn all<'a>(transparent: bool, layers: impl Iterator<Item = &'a str>) -> Vec<(String, Sum)> {
     let prefixes = [String::new()].into_iter().chain(layers.map(|name| format!("{LAYER}{name}.")));
     let mut all = Vec::new();
     for (film, prefix) in prefixes.enumerate() {
         for (half, name) in [(Half::Even, "even"), (Half::Odd, "odd")] {
+            let light = |c| Sum::Light(Light(film, half, c));
             let channels = ["R", "G", "B"].into_iter().enumerate();
-            all.extend(channels.map(|(c, letter)| (format!("{prefix}{name}.{letter}"), Sum::Light(film, half, c))));
+            all.extend(channels.map(|(c, letter)| (format!("{prefix}{name}.{letter}"), light(c))));
         }
     }
     if transparent {
         all.extend(["all", "hit"].into_iter().enumerate().map(|(c, of)| (format!("coverage.{of}"), Sum::Coverage(c))));
     }
+    all.sort_by(|(a, _), (b, _)| a.cmp(b));
     all
 }

@@ -167,6 +167,12 @@ impl Lights {
         self.lights.iter().map(|light| self.power(light)).sum()
     }
 
+    /// The radiance that a sphere around the scene would have if it emitted all that the lights do: Φ/(4π² R²). A scale of what an image
+    /// shows, and all around an environment exactly its radiance; zero without lights.
+    pub fn typical_radiance(&self) -> f64 {
+        self.power_of_all() / (std::f64::consts::TAU * f64::from(self.radius)).powi(2)
+    }
+
     /// The luminance of the power that the light emits, W or lumen.
     pub fn power_of(&self, id: LightId) -> f64 {
         self.power(self.get(id))
