@@ -79,6 +79,7 @@ use crate::scene::{
     geometry::Geometry,
     light::Light,
     material::{Material, MaterialId},
+    media,
 };
 use accessor::Accessors;
 use buffer::{Buffers, Hash};
@@ -210,9 +211,21 @@ pub fn read(bytes: &[u8], folder: &Path, file: &str, options: &LoadOptions<'_>) 
             let name = quoted(&scene.loaded.materials[id.0 as usize].name);
             format!("/materials/{} ({name}): {what}", scene.sources[id.0 as usize])
         });
+        let vague: Vec<_> = media::faults(&scene.loaded.geometry, &scene.loaded.materials)
+            .into_iter()
+            .map(|(id, fault)| {
+                let name = quoted(&scene.loaded.materials[id.0 as usize].name);
+                format!(
+                    "/materials/{} ({name}): {fault}, so that the volume which it bounds is no body: a segment of a path lies \
+                     inside only if one of its ends is this surface seen from behind",
+                    scene.sources[id.0 as usize]
+                )
+            })
+            .collect();
         let mut loaded = scene.loaded;
         loaded.summary.binary = chunks.binary;
         loaded.warnings.extend(outshone);
+        loaded.warnings.extend(vague);
         Ok(loaded)
     };
     let mut loaded = assemble().map_err(|fault: Fault| fault.at(file))?;

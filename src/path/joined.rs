@@ -114,7 +114,10 @@ impl<'a> JoinedPath<'a> {
         if value == Rgb::ZERO {
             return None;
         }
-        let passed = transmittance(scene, &z.vertex.point, &edge, &y.vertex.point, Transport::Radiance);
+        let (a, b) = (&z.vertex.point, &y.vertex.point);
+        let medium =
+            mistake!(a.medium_towards(edge.direction), ConnectionsInEmptySpace => crate::scene::media::MediumId::EMPTY);
+        let passed = transmittance(scene, a, &edge, b, Transport::Radiance, medium);
         let joint = Joint {
             value: value * mistake!(passed, AbsorptionUnconnected => Rgb::ONE) * edge.geometry_factor(),
             visibility: 1.0,

@@ -10,6 +10,7 @@ use crate::{
         Scene, Traced,
         bsdf::{Directions, Transport},
         camera::{Raster, Seen},
+        media::{Inside, MediumId},
         point::{Place, Point},
     },
 };
@@ -105,6 +106,8 @@ pub struct Subpath {
     /// Of a light subpath: 1 if a ray can meet its light, else 0.
     hittable: f32,
     rivals: RunningSum,
+    /// Where the scene has media: what the walk is in, and what it was in on arriving at its second vertex.
+    inside: [Inside; 2],
 }
 
 /// Where a walk comes from and when it ends.
@@ -141,6 +144,7 @@ impl Subpath {
             next_event_ratio: 1.0,
             hittable: 1.0,
             rivals: RunningSum::default(),
+            inside: [Inside::NOTHING; 2],
         }
     }
 
@@ -224,8 +228,9 @@ impl Subpath {
             return;
         }
         self.whole = self.room[1].beta.max_element();
+        self.inside[0] = self.inside[1];
         let way = Way { transport: Transport::Radiance, vertices, roulette, branch };
-        if let Some(departure) = self.depart(way, sampler) {
+        if let Some(departure) = self.depart(scene, way, sampler) {
             self.walk(scene, departure, way, sampler);
         }
     }
@@ -247,6 +252,11 @@ impl Subpath {
     fn put_lens(&mut self, scene: &Scene, lens: Point) {
         self.len = 0;
         self.push(Step::first(lens, scene.camera.pdf_lens()));
+        if let Some(media) = scene.media() {
+            let lens = &mut self.room[0].vertex.point;
+            self.inside[0] = Inside::starting(media.around_lens(scene, lens.position));
+            lens.media = [self.inside[0].medium(); 2];
+        }
     }
 
     /// Walks from a light, to at most `vertices` vertices; empty if the scene has no light. It is the `branch`-th of several walks with one
@@ -287,6 +297,9 @@ impl Subpath {
             survival: 1.0,
         };
         self.whole = departure.beta.max_element();
+        if let Some(media) = scene.media() {
+            self.inside[0] = Inside::starting(media.around_emission(scene, &emission));
+        }
         self.walk(scene, departure, Way { transport: Transport::Importance, vertices, roulette, branch }, sampler);
     }
 
@@ -305,18 +318,18 @@ impl Subpath {
             if self.len == way.vertices as usize {
                 return;
             }
-            let Some(next) = self.depart(way, sampler) else { return };
+            let Some(next) = self.depart(scene, way, sampler) else { return };
             departure = next;
         }
     }
 
     /// Leaves the last vertex, if the walk goes on.
     #[inline(always)]
-    fn depart(&mut self, way: Way, sampler: &mut impl Sampler) -> Option<Departure> {
+    fn depart(&mut self, scene: &Scene, way: Way, sampler: &mut impl Sampler) -> Option<Departure> {
         sampler.start(Block::scattering(self.len as u32 - 1).of_branch(way.branch));
         let u = sampler.next_3d();
         let survive = sampler.next_1d();
-        let departure = self.scatter(way, u, survive)?;
+        let departure = self.scatter(scene, way, u, survive)?;
         self.sum_rivals();
         Some(departure)
     }
@@ -357,10 +370,11 @@ impl Subpath {
 
     /// Adds the vertex at `point`.
     #[inline(always)]
-    fn add(&mut self, scene: &Scene, departure: &Departure, point: Point, visibility: f32, transport: Transport) {
+    fn add(&mut self, scene: &Scene, departure: &Departure, mut point: Point, visibility: f32, transport: Transport) {
+        let medium = self.come_to(scene, &mut point, departure.direction);
         let from = &self.room[self.len - 1].vertex.point;
         let edge = Edge { visibility, ..Edge::between(from, &point) };
-        let beta = departure.beta * transmittance(scene, from, &edge, &point, transport);
+        let beta = departure.beta * transmittance(scene, from, &edge, &point, transport, medium);
         self.push(Step {
             vertex: Vertex::new(point),
             back: edge.reversed(),
@@ -370,6 +384,22 @@ impl Subpath {
             survival: departure.survival,
             rivals: 0.0,
         });
+    }
+
+    /// The medium through which the walk comes to `point`, which comes to know those on its two sides.
+    #[inline(always)]
+    fn come_to(&mut self, scene: &Scene, point: &mut Point, direction: Vec3) -> MediumId {
+        match scene.media() {
+            None => MediumId::EMPTY,
+            Some(media) => {
+                let [inside, at_second] = &mut self.inside;
+                let medium = inside.arrive(scene, media, point, direction);
+                if self.len == 1 {
+                    *at_second = *inside;
+                }
+                medium
+            }
+        }
     }
 
     /// Adds to the running sum of the last vertex but one, now that its other-side density is known.
@@ -396,7 +426,13 @@ impl Subpath {
     /// Samples how the walk leaves its last vertex, and fills in what that decides: the vertex's lobe and its
     /// predecessor's other-side density.
     #[inline(always)]
-    fn scatter(&mut self, Way { transport, roulette, .. }: Way, u: Vec3, survive: f32) -> Option<Departure> {
+    fn scatter(
+        &mut self,
+        scene: &Scene,
+        Way { transport, roulette, .. }: Way,
+        u: Vec3,
+        survive: f32,
+    ) -> Option<Departure> {
         let edges = self.len as u32 - 1;
         let [.., before, here] = &mut self.room[..self.len] else { return None };
         let known = here.back.direction;
@@ -435,19 +471,29 @@ impl Subpath {
         }
         let played = here.survival / survival;
         let beta = here.beta * ratio * mistake!(played, RouletteUndivided => 1.0);
+        if scene.media().is_some() && p.normal.dot(sample.direction) * p.normal.dot(known) < 0.0 {
+            self.inside[0].go_through();
+        }
         let origin = here.vertex.point.ray_origin(sample.direction);
         let pdf = mistake!(fwd, RouletteInDensities => PdfSolidAngle(fwd.0 / played));
         Some(Departure { origin, direction: sample.direction, pdf, beta, survival })
     }
 }
 
-/// exp(−σ_a d) along the edge from `a` to `b`: the part of the light that the volume they lie in lets pass.
-/// Of two boundary ends the one nearer the camera is asked first, whichever way the edge was found.
+/// exp(−σ_a d) along the edge from `a` to `b`: the part of the light that `medium`, in which the edge lies, lets pass, or the local
+/// volume in its place. For that the end nearer the camera is asked first, whichever way the edge was found.
 #[inline(always)]
-pub(super) fn transmittance(scene: &Scene, a: &Point, ab: &Edge, b: &Point, walked: Transport) -> Rgb {
+pub(super) fn transmittance(
+    scene: &Scene,
+    a: &Point,
+    ab: &Edge,
+    b: &Point,
+    walked: Transport,
+    medium: MediumId,
+) -> Rgb {
     let absorption = match walked {
-        Transport::Radiance => scene.absorption(a, ab.direction, b),
-        Transport::Importance => scene.absorption(b, -ab.direction, a),
+        Transport::Radiance => scene.absorption(a, ab.direction, b, medium),
+        Transport::Importance => scene.absorption(b, -ab.direction, a, medium),
     };
     if absorption == Rgb::ZERO {
         return Rgb::ONE;

@@ -18,6 +18,7 @@ mod layers;
 mod lecture;
 mod ledger;
 mod lights;
+mod media;
 mod metamorphic;
 mod operator;
 mod options;
