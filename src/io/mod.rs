@@ -33,6 +33,10 @@
 //! # Materials
 //! Which glTF material becomes which BSDF stands at [`Parameters::bsdf`](crate::scene::material::Parameters::bsdf). `doubleSided` decides which sides of an
 //! emitter emit and nothing else: back faces are never culled, and reflect as front faces do.
+//!
+//! A volume (`KHR_materials_volume`) is what all closed surfaces of a material enclose, wherever they are; cameras, lamps and other
+//! volumes may be in it, and where volumes overlap the smaller one is there: see [`media`]. A surface that is not closed is
+//! warned of, and so is one that is inside out.
 
 mod accessor;
 mod attribute;

@@ -210,3 +210,93 @@ impl Sets {
         self.parent[a.max(b) as usize] = a.min(b);
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use glam::DAffine3;
+
+    use super::*;
+    use crate::scene::geometry::{Placement, PrimitiveId};
+
+    const GLASS: MaterialId = MaterialId(0);
+
+    /// A cube of side 2 around `center`, with its front outside or, of `side` −1, inside.
+    fn cube(center: Vec3, half: f32, side: i32) -> ([Vec3; 8], Vec<[u32; 3]>) {
+        let corner = |i: usize| {
+            let pick = |k: usize| if i >> k & 1 == 0 { -half } else { half };
+            center + Vec3::new(pick(0), pick(1), pick(2))
+        };
+        let quads = [[0, 4, 6, 2], [1, 3, 7, 5], [0, 1, 5, 4], [2, 6, 7, 3], [0, 2, 3, 1], [4, 5, 7, 6]];
+        let triangles = quads.into_iter().flat_map(|[a, b, c, d]: [u32; 4]| [[a, b, c], [a, c, d]]);
+        (std::array::from_fn(corner), triangles.map(|[a, b, c]| if side < 0 { [a, c, b] } else { [a, b, c] }).collect())
+    }
+
+    fn of(cubes: &[(Vec3, f32, i32)]) -> Shells {
+        let mut g = Geometry::default();
+        for &(center, half, side) in cubes {
+            let (corners, faces) = cube(center, half, side);
+            // Each face has corners of its own: places count, not indices.
+            for face in faces {
+                g.add_triangles(&face.map(|i| corners[i as usize]), None, &[[0, 1, 2]], GLASS);
+            }
+        }
+        g.shells(&|_| true)
+    }
+
+    fn only(shells: &Shells) -> Shell {
+        assert_eq!(shells.all.len(), 1);
+        shells.all[0]
+    }
+
+    #[test]
+    fn closed_surfaces_bound_their_volume() {
+        let apart = of(&[(Vec3::ZERO, 1.0, 1), (3.0 * Vec3::X, 1.0, 1)]);
+        let shell = only(&apart);
+        assert_eq!((shell.form, apart.meet), (Form::Closed, false));
+        assert!((shell.volume - 16.0).abs() < 1e-9);
+        let bubble = of(&[(Vec3::ZERO, 1.0, 1), (Vec3::ZERO, 0.5, -1)]);
+        assert_eq!((only(&bubble).form, bubble.meet), (Form::Closed, true));
+        assert!((only(&bubble).volume - 7.0).abs() < 1e-9);
+        // A common side, which both have.
+        let touching = of(&[(Vec3::ZERO, 1.0, 1), (2.0 * Vec3::X, 1.0, 1)]);
+        assert_eq!((only(&touching).form, touching.meet), (Form::Closed, true));
+    }
+
+    #[test]
+    fn what_is_inside_out_or_open_is_said_to_be() {
+        assert_eq!(only(&of(&[(Vec3::ZERO, 1.0, -1)])).form, Form::InsideOut);
+        assert_eq!(only(&of(&[(Vec3::ZERO, 1.0, 1), (5.0 * Vec3::X, 0.5, -1)])).form, Form::InsideOut);
+        let mut g = Geometry::default();
+        let (corners, faces) = cube(Vec3::ZERO, 1.0, 1);
+        g.add_triangles(&corners, None, &faces[1..], GLASS);
+        assert_eq!(only(&g.shells(&|_| true)).form, Form::Open { edges: 3 });
+        assert!(g.shells(&|_| false).all.is_empty());
+    }
+
+    #[test]
+    fn copies_and_instances_count() {
+        let mut g = Geometry::default();
+        let (corners, faces) = cube(Vec3::ZERO, 1.0, 1);
+        let (beside, _) = cube(2.0 * Vec3::X, 1.0, 1);
+        g.add_triangles(&corners, None, &faces, GLASS);
+        g.add_triangles(&beside, None, &faces, GLASS);
+        let before = g.shells(&|_| true);
+        let mut mesh = Mesh::default();
+        mesh.add_triangles(&corners, None, &faces, MaterialId(1));
+        let mesh = g.add_mesh(mesh);
+        let mirrored = DAffine3::from_scale(DVec3::new(-2.0, 1.0, 1.0));
+        g.add_instance(mesh, Placement::new(mirrored).expect("a placement"));
+        g.drop_copies(|_| true);
+        g.build();
+        let after = g.shells(&|_| true);
+        assert_eq!((before.all[0].form, after.all[0].form), (Form::Closed, Form::Closed));
+        assert!((before.all[0].volume - 16.0).abs() < 1e-9 && (after.all[0].volume - 16.0).abs() < 1e-9);
+        assert!(g.copies(PrimitiveId::world(0)).next().is_none());
+        assert_eq!(
+            (0..g.world_len()).flat_map(|i| g.copies(PrimitiveId::world(i))).count(),
+            24 - g.world_len() as usize
+        );
+        assert_eq!((after.all[1].form, after.meet), (Form::Closed, true));
+        assert!((after.all[1].volume - 16.0).abs() < 1e-9);
+    }
+}
