@@ -10,7 +10,8 @@ use crate::{
         Scene, Traced,
         bsdf::{Directions, Transport},
         camera::{Raster, Seen},
-        media::{Inside, MediumId},
+        light::Emission,
+        media::{Inside, Media, MediumId},
         point::{Place, Point},
     },
 };
@@ -198,6 +199,9 @@ impl Subpath {
         let camera = &scene.camera;
         let u = if camera.has_aperture() { sampler.next_2d() } else { Vec2::ZERO };
         self.put_lens(scene, camera.sample_lens(raster, u));
+        if let Some(media) = scene.media() {
+            self.start_at_lens(scene, media);
+        }
         let Step { vertex: Vertex { point: p, .. }, beta, .. } = &self.room[0];
         let direction = camera.direction(p, raster);
         // Rounding may put a sample of the padded film's border outside it.
@@ -245,6 +249,10 @@ impl Subpath {
         let u = if camera.has_aperture() { sampler.next_2d() } else { Vec2::ZERO };
         let Some(lens) = camera.sample_lens_towards(seen, u) else { return false };
         self.put_lens(scene, lens);
+        if let Some(media) = scene.media() {
+            let lens = &mut self.room[0].vertex.point;
+            lens.media = [media.medium_at_lens(scene, lens.position); 2];
+        }
         true
     }
 
@@ -252,11 +260,6 @@ impl Subpath {
     fn put_lens(&mut self, scene: &Scene, lens: Point) {
         self.len = 0;
         self.push(Step::first(lens, scene.camera.pdf_lens()));
-        if let Some(media) = scene.media() {
-            let lens = &mut self.room[0].vertex.point;
-            self.inside[0] = Inside::starting(media.around_lens(scene, lens.position));
-            lens.media = [self.inside[0].medium(); 2];
-        }
     }
 
     /// Walks from a light, to at most `vertices` vertices; empty if the scene has no light. It is the `branch`-th of several walks with one
@@ -298,7 +301,7 @@ impl Subpath {
         };
         self.whole = departure.beta.max_element();
         if let Some(media) = scene.media() {
-            self.inside[0] = Inside::starting(media.around_emission(scene, &emission));
+            self.start_at_light(scene, media, &emission);
         }
         self.walk(scene, departure, Way { transport: Transport::Importance, vertices, roulette, branch }, sampler);
     }
@@ -370,36 +373,50 @@ impl Subpath {
 
     /// Adds the vertex at `point`.
     #[inline(always)]
-    fn add(&mut self, scene: &Scene, departure: &Departure, mut point: Point, visibility: f32, transport: Transport) {
-        let medium = self.come_to(scene, &mut point, departure.direction);
+    fn add(&mut self, scene: &Scene, departure: &Departure, point: Point, visibility: f32, transport: Transport) {
         let from = &self.room[self.len - 1].vertex.point;
         let edge = Edge { visibility, ..Edge::between(from, &point) };
-        let beta = departure.beta * transmittance(scene, from, &edge, &point, transport, medium);
         self.push(Step {
             vertex: Vertex::new(point),
             back: edge.reversed(),
-            beta,
+            beta: departure.beta,
             pdf_fwd: departure.pdf.to_area(&edge),
             pdf_rev: PdfArea::ZERO,
             survival: departure.survival,
             rivals: 0.0,
         });
+        if let Some(media) = scene.media() {
+            self.come_through(scene, media, departure.direction, transport);
+        }
     }
 
-    /// The medium through which the walk comes to `point`, which comes to know those on its two sides.
-    #[inline(always)]
-    fn come_to(&mut self, scene: &Scene, point: &mut Point, direction: Vec3) -> MediumId {
-        match scene.media() {
-            None => MediumId::EMPTY,
-            Some(media) => {
-                let [inside, at_second] = &mut self.inside;
-                let medium = inside.arrive(scene, media, point, direction);
-                if self.len == 1 {
-                    *at_second = *inside;
-                }
-                medium
-            }
+    /// Finds the media on both sides of the vertex that was added last, to which the walk has come in this direction, and takes away what was
+    /// absorbed on the way.
+    #[inline(never)]
+    fn come_through(&mut self, scene: &Scene, media: &Media, direction: Vec3, transport: Transport) {
+        let len = self.len;
+        let [.., from, here] = &mut self.room[..len] else { return };
+        let [inside, at_second] = &mut self.inside;
+        let medium = inside.arrive(scene, media, &mut here.vertex.point, direction);
+        if len == 2 {
+            *at_second = *inside;
         }
+        let edge = here.back.reversed();
+        here.beta *= transmittance(scene, &from.vertex.point, &edge, &here.vertex.point, transport, medium);
+    }
+
+    /// Starts in what is around the lens, which comes to know its medium.
+    #[inline(never)]
+    fn start_at_lens(&mut self, scene: &Scene, media: &Media) {
+        let lens = &mut self.room[0].vertex.point;
+        self.inside[0] = Inside::starting(media.around_lens(scene, lens.position));
+        lens.media = [self.inside[0].medium(); 2];
+    }
+
+    /// Starts in what is around a light.
+    #[inline(never)]
+    fn start_at_light(&mut self, scene: &Scene, media: &Media, emission: &Emission) {
+        self.inside[0] = Inside::starting(media.around_emission(scene, emission));
     }
 
     /// Adds to the running sum of the last vertex but one, now that its other-side density is known.
@@ -480,17 +497,16 @@ impl Subpath {
     }
 }
 
+/// exp(−σ_a d) along the edge from `a`, the camera's end, to `b`, in the medium into which `a` sees it leave: of a connection.
+#[inline(never)]
+pub(super) fn connecting_transmittance(scene: &Scene, a: &Point, ab: &Edge, b: &Point) -> Rgb {
+    let medium = mistake!(a.medium_towards(ab.direction), ConnectionsInEmptySpace => MediumId::EMPTY);
+    transmittance(scene, a, ab, b, Transport::Radiance, medium)
+}
+
 /// exp(−σ_a d) along the edge from `a` to `b`: the part of the light that `medium`, in which the edge lies, lets pass, or the local
 /// volume in its place. For that the end nearer the camera is asked first, whichever way the edge was found.
-#[inline(always)]
-pub(super) fn transmittance(
-    scene: &Scene,
-    a: &Point,
-    ab: &Edge,
-    b: &Point,
-    walked: Transport,
-    medium: MediumId,
-) -> Rgb {
+fn transmittance(scene: &Scene, a: &Point, ab: &Edge, b: &Point, walked: Transport, medium: MediumId) -> Rgb {
     let absorption = match walked {
         Transport::Radiance => scene.absorption(a, ab.direction, b, medium),
         Transport::Importance => scene.absorption(b, -ab.direction, a, medium),

@@ -35,7 +35,7 @@ pub const MOST_BODIES: usize = 64;
 /// The winding numbers of all bodies at a place.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Within {
-    counts: [i16; MOST_BODIES],
+    counts: [i8; MOST_BODIES],
     /// A bit for each body whose number is positive.
     inside: u64,
 }
@@ -50,14 +50,14 @@ impl Within {
         MediumId(if self.inside == 0 { 0 } else { self.inside.trailing_zeros() as u8 + 1 })
     }
 
-    fn add(&mut self, body: MediumId, change: i16) {
+    fn add(&mut self, body: MediumId, change: i8) {
         let i = usize::from(body.0) - 1;
         self.set(i, self.counts[i].saturating_add(change));
     }
 
-    fn set(&mut self, i: usize, count: i16) {
+    fn set(&mut self, i: usize, count: i8) {
         self.counts[i] = count;
-        self.inside = self.inside & !(1 << i) | u64::from(count > 0) << i;
+        self.inside = (self.inside & !(1 << i)) | (u64::from(count > 0) << i);
     }
 }
 
@@ -246,7 +246,7 @@ impl Media {
         self.volumes[material.0 as usize].absorption
     }
 
-    /// Changes what is around when a ray in the direction `w` passes a surface of `primitive` with the normal `n`.
+    /// Changes what is around when a ray passes `primitive`, and so leaves what lies behind it or enters it.
     #[inline]
     fn pass(&self, within: &mut Within, geometry: &Geometry, primitive: PrimitiveId, leaves: bool) {
         let mut one = |material, leaves| {
@@ -299,8 +299,25 @@ impl Media {
     }
 
     /// What is around the lens of `scene` at the point `lens`.
-    #[inline(never)]
     pub fn around_lens(&self, scene: &Scene, lens: Vec3) -> Within {
+        match self.lens(scene) {
+            Start::Nothing => Within::NOTHING,
+            Start::Known(within) => **within,
+            Start::Anywhere => self.around(scene.geometry(), lens, None),
+        }
+    }
+
+    /// Its medium alone.
+    pub fn medium_at_lens(&self, scene: &Scene, lens: Vec3) -> MediumId {
+        match self.lens(scene) {
+            Start::Nothing => MediumId::EMPTY,
+            Start::Known(within) => within.medium(),
+            Start::Anywhere => self.around(scene.geometry(), lens, None).medium(),
+        }
+    }
+
+    /// Found when first asked for.
+    fn lens(&self, scene: &Scene) -> &Start {
         let (geometry, bounds) = (scene.geometry(), scene.camera.lens_bounds());
         let start = || {
             let body = |id| matches!(self.boundary(id), Boundary::Body(_));
@@ -311,12 +328,8 @@ impl Media {
             if point { places.at(bounds.min) } else { places.start(bounds, 0.5 * (bounds.min + bounds.max)) }
         };
         let (known, start) = self.camera.get_or_init(|| (bounds, start()));
-        match start {
-            Start::Nothing if *known == bounds => Within::NOTHING,
-            Start::Known(within) if *known == bounds => **within,
-            // Also for a camera that has been put in another's place.
-            _ => self.around(geometry, lens, None),
-        }
+        // Nothing is known of a camera that has been put in another's place.
+        if *known == bounds { start } else { &Start::Anywhere }
     }
 
     /// What a light path that leaves a light is in.
@@ -403,16 +416,18 @@ impl Places<'_> {
 #[derive(Clone, Copy, Debug)]
 pub struct Inside {
     within: Within,
+    /// Whether there may be something else on the other side; else `beyond` says nothing.
+    parts: bool,
     beyond: Within,
 }
 
 impl Inside {
     /// A walk that starts outside of everything.
-    pub const NOTHING: Self = Self { within: Within::NOTHING, beyond: Within::NOTHING };
+    pub const NOTHING: Self = Self::starting(Within::NOTHING);
 
     /// A walk that starts there.
-    pub fn starting(within: Within) -> Self {
-        Self { within, beyond: within }
+    pub const fn starting(within: Within) -> Self {
+        Self { within, parts: false, beyond: within }
     }
 
     /// The medium that the walk is in.
@@ -435,11 +450,13 @@ impl Inside {
             let i = usize::from(body.0) - 1;
             self.within.set(i, self.within.counts[i].max(1));
         }
-        self.beyond = self.within;
-        if matches!(boundary, Boundary::Body(_)) || (transmits && media.meet) {
+        self.parts = matches!(boundary, Boundary::Body(_)) || (transmits && media.meet);
+        if self.parts {
+            self.beyond = self.within;
             self.cross(scene, media, point, w, leaves);
         }
-        let (near, far) = (self.within.medium(), self.beyond.medium());
+        let near = self.within.medium();
+        let far = if self.parts { self.beyond.medium() } else { near };
         point.media = if toward > 0.0 { [far, near] } else { [near, far] };
         media.settle(&mut point.bsdf, point.material, point.media);
         near
@@ -464,8 +481,10 @@ impl Inside {
     }
 
     /// The walk goes on through the surface that it has reached.
-    #[inline]
+    #[inline(never)]
     pub fn go_through(&mut self) {
-        self.within = self.beyond;
+        if self.parts {
+            self.within = self.beyond;
+        }
     }
 }

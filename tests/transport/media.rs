@@ -64,8 +64,8 @@ fn bright() -> Material {
     Material::diffuse("bright", Rgb::ZERO).emitting(Rgb::splat(2.0))
 }
 
-/// Transmittance of parallel layers of `(index, what each lets through)` between `before` and `after`, at normal incidence, with every reflection between
-/// them: interfaces are added one by one, T = T₁aT₂/(1 − R₁′a²R₂).
+/// Transmittance of parallel layers of `(index, what each lets through)` between `before` and `after`, at normal incidence, with
+/// every reflection between them: interfaces are added one by one, T = T₁aT₂/(1 − R₁′a²R₂).
 fn layers(before: f64, inner: &[(f64, f64)], after: f64) -> f64 {
     let fresnel = |a: f64, b: f64| ((a - b) / (a + b)).powi(2);
     let first = inner.first().map_or(after, |layer| layer.0);
