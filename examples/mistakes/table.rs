@@ -58,6 +58,9 @@ pub fn killers(mistake: Mistake) -> &'static [Test] {
         LensTwice | CosineCubed => &[LENS],
         OpaqueToShadows => &[Transport("alpha::light_and_shadow_rays_pass_crossing_panes")],
         AbsorptionOutside | AbsorptionUnconnected => &[Transport("glass::every_path_inside_glass_is_as_defined")],
+        ConnectionsInEmptySpace => &[Transport("media::lamp_card_and_camera_are_in_a_body")],
+        ExitKept => &[Transport("media::a_closed_slab_absorbs_between_its_reflections")],
+        IndexAgainstVacuum => &[Transport("media::an_inner_body_of_the_same_index_only_absorbs")],
         MirroredFront => &[Lib("scene::geometry::tests::instance::an_instance_is_what_its_flattened_triangles_are")],
         ConstantOffset => {
             &[Lib("scene::geometry::tests::instance::the_error_of_a_surface_covers_the_way_out_and_back")]

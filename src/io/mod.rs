@@ -34,6 +34,10 @@
 //! # Materials
 //! Which glTF material becomes which BSDF stands at [`Parameters::bsdf`](crate::scene::material::Parameters::bsdf). `doubleSided` decides which sides of an
 //! emitter emit, and what [`Scene::culling_back_faces`] hides from the camera. Otherwise back faces are there and reflect as front faces do.
+//!
+//! A volume (`KHR_materials_volume`) is what all closed surfaces of a material enclose, wherever they are; cameras, lamps and other
+//! volumes may be in it, and where volumes overlap the smaller one is there: see [`media`]. A surface that is not closed is
+//! warned of, and so is one that is inside out.
 
 mod accessor;
 mod attribute;
@@ -80,6 +84,7 @@ use crate::scene::{
     geometry::Geometry,
     light::Light,
     material::{Material, MaterialId},
+    media,
 };
 use accessor::Accessors;
 use buffer::{Buffers, Hash};
@@ -211,9 +216,21 @@ pub fn read(bytes: &[u8], folder: &Path, file: &str, options: &LoadOptions<'_>) 
             let name = quoted(&scene.loaded.materials[id.0 as usize].name);
             format!("/materials/{} ({name}): {what}", scene.sources[id.0 as usize])
         });
+        let vague: Vec<_> = media::faults(&scene.loaded.geometry, &scene.loaded.materials)
+            .into_iter()
+            .map(|(id, fault)| {
+                let name = quoted(&scene.loaded.materials[id.0 as usize].name);
+                format!(
+                    "/materials/{} ({name}): {fault}, so that the volume which it bounds is no body: a segment of a path lies \
+                     inside only if one of its ends is this surface seen from behind",
+                    scene.sources[id.0 as usize]
+                )
+            })
+            .collect();
         let mut loaded = scene.loaded;
         loaded.summary.binary = chunks.binary;
         loaded.warnings.extend(outshone);
+        loaded.warnings.extend(vague);
         Ok(loaded)
     };
     let mut loaded = assemble().map_err(|fault: Fault| fault.at(file))?;

@@ -69,6 +69,9 @@ mistakes! {
     OpaqueToShadows "opaque-to-shadows" "Shadow rays do not pass what is there in part.";
     AbsorptionOutside "absorption-outside" "Light is absorbed in front of a volume's boundary.";
     AbsorptionUnconnected "absorption-unconnected" "Connections pass volumes unabsorbed.";
+    ConnectionsInEmptySpace "connections-in-empty-space" "A connection does not know the medium that its walk is in.";
+    ExitKept "exit-kept" "A walk that leaves a body stays in its medium.";
+    IndexAgainstVacuum "index-against-vacuum" "η at an interface is that against empty space, whatever medium is before it.";
     MirroredFront "mirrored-front" "The front of a mirrored instance is its back.";
     ConstantOffset "constant-offset" "Rays start a constant distance off their surface.";
     TangentNotMirrored "tangent-not-mirrored" "A mirrored surface keeps the handedness of its tangents.";

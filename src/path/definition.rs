@@ -1,6 +1,8 @@
 //! The definition: a path p̄ = p_0 p_1 … p_n, its throughput, its contribution and its densities, written from the
 //! formulas alone. Slow, in f64, without a cache: what the fast form is held against.
 
+use std::sync::OnceLock;
+
 use glam::{DVec3, Vec3};
 
 use super::{Heuristic, PathClass, Strategy, Techniques, Vertex, class::Event};
@@ -9,7 +11,9 @@ use crate::{
     scene::{
         Scene,
         bsdf::{Bsdf, Directions, Scatter},
-        point::Place,
+        geometry::{PrimitiveId, offset_origin},
+        media::{Boundary, Media, MediumId},
+        point::{Place, Point},
     },
 };
 
@@ -19,6 +23,16 @@ pub struct Path<'a> {
     scene: &'a Scene,
     vertices: Vec<Vertex>,
     visibility: Vec<f64>,
+    surroundings: OnceLock<Surroundings>,
+}
+
+/// What a path lies in.
+#[derive(Clone, Debug)]
+struct Surroundings {
+    /// The medium of every edge.
+    edges: Vec<MediumId>,
+    /// Of every vertex that bounds a volume, the media in front of it and behind.
+    sides: Vec<Option<[MediumId; 2]>>,
 }
 
 /// An edge in f64, from p_i to p_j.
@@ -39,7 +53,7 @@ impl<'a> Path<'a> {
     pub fn new(scene: &'a Scene, vertices: Vec<Vertex>) -> Self {
         assert!(vertices.len() >= 2, "a path has at least one edge");
         let visibility = vec![1.0; vertices.len() - 1];
-        Self { scene, vertices, visibility }
+        Self { scene, vertices, visibility, surroundings: OnceLock::new() }
     }
 
     /// The same path with V(p_i↔p_{i+1}) = `visibility[i]`: the product of 1 − α over what the edge crosses, in [0, 1].
@@ -50,6 +64,15 @@ impl<'a> Path<'a> {
     pub fn with_visibility(self, visibility: Vec<f64>) -> Self {
         assert_eq!(visibility.len(), self.visibility.len());
         Self { visibility, ..self }
+    }
+
+    /// The same path in the media of `other`, which has vertices at about the same places.
+    #[must_use]
+    pub fn in_media_of(mut self, other: &Self) -> Self {
+        if let Some(media) = self.scene.media() {
+            self.surroundings = other.surroundings(media).clone().into();
+        }
+        self
     }
 
     /// n, the length in edges.
@@ -172,7 +195,7 @@ impl<'a> Path<'a> {
         let event = |i: usize| {
             let (to_camera, to_light, frame) = self.local_directions(i);
             let v = &self.vertices[i];
-            Event::from(v.point.bsdf.event(v.lobe, frame.to_local(to_camera), frame.to_local(to_light)))
+            Event::from(self.bsdf(i).event(v.lobe, frame.to_local(to_camera), frame.to_local(to_light)))
         };
         PathClass::new(std::iter::once(Event::Camera).chain((1..n).map(event)).chain([Event::Light]))
     }
@@ -237,7 +260,7 @@ impl<'a> Path<'a> {
         if !(v.point.sides_agree(to_camera) && v.point.sides_agree(to_light)) {
             return Scatter::ZERO;
         }
-        v.point.bsdf.eval_by(directions, v.lobe, frame.to_local(to_camera), frame.to_local(to_light))
+        self.bsdf(i).eval_by(directions, v.lobe, frame.to_local(to_camera), frame.to_local(to_light))
     }
 
     fn local_directions(&self, i: usize) -> (Vec3, Vec3, Frame) {
@@ -245,22 +268,59 @@ impl<'a> Path<'a> {
         (towards(i - 1), towards(i + 1), Frame::around(self.vertices[i].point.shading_normal))
     }
 
-    /// exp(−σ_a d) of the volume that edge i lies in: the boundary nearer the camera is asked first.
+    /// The BSDF at p_i: at the boundary of a volume with the indices of the media beside it.
+    fn bsdf(&self, i: usize) -> Bsdf {
+        let p = &self.vertices[i].point;
+        let sides = self.scene.media().and_then(|media| Some((media, self.surroundings(media).sides[i]?)));
+        let Some((media, sides)) = sides else { return p.bsdf };
+        let mut bsdf = self.scene.bsdf_at(p);
+        media.settle(&mut bsdf, p.material, sides);
+        bsdf
+    }
+
+    /// exp(−σ_a d) of the medium that edge i lies in. A volume that is no body is asked first, by the end nearer the camera and then by
+    /// the other.
     fn transmittance(&self, i: usize) -> DVec3 {
+        let Some(media) = self.scene.media() else { return DVec3::ONE };
         let (a, b) = (&self.vertices[i].point, &self.vertices[i + 1].point);
         let e = self.segment(i, i + 1);
-        let behind = |p: &crate::scene::point::Point, w: DVec3| {
-            matches!(p.bsdf, Bsdf::Dielectric(_)) && p.normal.as_dvec3().dot(w) < 0.0
+        let behind = |p: &Point, w: DVec3| {
+            matches!(p.bsdf, Bsdf::Dielectric(_))
+                && media.boundary(p.material) == Boundary::Local
+                && p.normal.as_dvec3().dot(w) < 0.0
         };
-        let boundary = if behind(a, e.direction) {
-            a
+        let sigma = if behind(a, e.direction) {
+            media.absorption_behind(a.material)
         } else if behind(b, -e.direction) {
-            b
+            media.absorption_behind(b.material)
         } else {
-            return DVec3::ONE;
+            media.absorption(self.surroundings(media).edges[i])
         };
-        let sigma = self.scene.material(boundary.material).absorption.as_dvec3();
-        sigma.map(|s| if s == 0.0 { 1.0 } else { (-s * e.distance).exp() })
+        sigma.as_dvec3().map(|s| if s == 0.0 { 1.0 } else { (-s * e.distance).exp() })
+    }
+
+    /// The media of all edges and around all boundaries, by crossings from outside to the middle of the edge, and to a place just before
+    /// or behind the boundary. Nothing of what walks know of them.
+    fn surroundings(&self, media: &Media) -> &Surroundings {
+        let around = |place: Vec3, side: Option<Vec3>| media.around(self.scene.geometry(), place, side).medium();
+        let edge = |pair: &[Vertex]| {
+            let (a, b) = (&pair[0].point, &pair[1].point);
+            // No body reaches to infinity.
+            let infinite = a.place == Place::Infinite || b.place == Place::Infinite;
+            let middle = || (0.5 * (a.position.as_dvec3() + b.position.as_dvec3())).as_vec3();
+            if infinite { MediumId::EMPTY } else { around(middle(), None) }
+        };
+        let sides = |v: &Vertex| {
+            let p = &v.point;
+            let bounds = p.primitive != PrimitiveId::NONE && media.boundary(p.material) != Boundary::Nothing;
+            bounds.then(|| {
+                [p.normal, -p.normal].map(|n| around(offset_origin(p.position, p.normal, p.error, n), Some(n)))
+            })
+        };
+        self.surroundings.get_or_init(|| Surroundings {
+            edges: self.vertices.windows(2).map(edge).collect(),
+            sides: self.vertices.iter().map(sides).collect(),
+        })
     }
 
     fn segment(&self, i: usize, j: usize) -> Segment {
@@ -277,7 +337,7 @@ impl<'a> Path<'a> {
             (Place::Infinite, _) => (-pa.normalize(), 1.0),
             _ => ((pb - pa).normalize(), pa.distance_squared(pb)),
         };
-        let cos = |p: &crate::scene::point::Point| match p.place {
+        let cos = |p: &Point| match p.place {
             Place::Surface => p.normal.as_dvec3().dot(direction).abs(),
             Place::Degenerate | Place::Infinite | Place::Film => 1.0,
         };

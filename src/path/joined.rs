@@ -6,14 +6,14 @@ use glam::Vec3;
 
 use super::{
     Densities, Edge, Heuristic, Path, RivalSum, Rivals, Step, Strategy, Subpath, Technique, Techniques, Vertex,
-    mis_weight, subpath::transmittance, vertex::scatter,
+    mis_weight, subpath::connecting_transmittance, vertex::scatter,
 };
 use crate::{
     math::{Frame, Rgb},
     sampling::{PdfArea, PdfSolidAngle},
     scene::{
         Scene,
-        bsdf::{Lobe, ScatterEvent, Transport},
+        bsdf::{Lobe, ScatterEvent},
         camera::Raster,
         point::{Place, Point},
     },
@@ -114,9 +114,15 @@ impl<'a> JoinedPath<'a> {
         if value == Rgb::ZERO {
             return None;
         }
-        let passed = transmittance(scene, &z.vertex.point, &edge, &y.vertex.point, Transport::Radiance);
+        let value = match scene.media() {
+            None => value,
+            Some(_) => {
+                let passed = connecting_transmittance(scene, &z.vertex.point, &edge, &y.vertex.point);
+                value * mistake!(passed, AbsorptionUnconnected => Rgb::ONE)
+            }
+        };
         let joint = Joint {
-            value: value * mistake!(passed, AbsorptionUnconnected => Rgb::ONE) * edge.geometry_factor(),
+            value: value * edge.geometry_factor(),
             visibility: 1.0,
             camera_density: [camera_face.across.to_area(&edge), light_face.back],
             light_density: [light_face.across.to_area(&edge.reversed()), camera_face.back],

@@ -10,6 +10,8 @@ use crate::{
         Scene, Traced,
         bsdf::{Directions, Transport},
         camera::{Raster, Seen},
+        light::Emission,
+        media::{Inside, Media, MediumId},
         point::{Place, Point},
     },
 };
@@ -105,6 +107,8 @@ pub struct Subpath {
     /// Of a light subpath: 1 if a ray can meet its light, else 0.
     hittable: f32,
     rivals: RunningSum,
+    /// Where the scene has media: what the walk is in, and what it was in on arriving at its second vertex.
+    inside: [Inside; 2],
 }
 
 /// Where a walk comes from and when it ends.
@@ -141,6 +145,7 @@ impl Subpath {
             next_event_ratio: 1.0,
             hittable: 1.0,
             rivals: RunningSum::default(),
+            inside: [Inside::NOTHING; 2],
         }
     }
 
@@ -194,6 +199,9 @@ impl Subpath {
         let camera = &scene.camera;
         let u = if camera.has_aperture() { sampler.next_2d() } else { Vec2::ZERO };
         self.put_lens(scene, camera.sample_lens(raster, u));
+        if let Some(media) = scene.media() {
+            self.start_at_lens(scene, media);
+        }
         let Step { vertex: Vertex { point: p, .. }, beta, .. } = &self.room[0];
         let direction = camera.direction(p, raster);
         // Rounding may put a sample of the padded film's border outside it.
@@ -224,8 +232,9 @@ impl Subpath {
             return;
         }
         self.whole = self.room[1].beta.max_element();
+        self.inside[0] = self.inside[1];
         let way = Way { transport: Transport::Radiance, vertices, roulette, branch };
-        if let Some(departure) = self.depart(way, sampler) {
+        if let Some(departure) = self.depart(scene, way, sampler) {
             self.walk(scene, departure, way, sampler);
         }
     }
@@ -240,6 +249,10 @@ impl Subpath {
         let u = if camera.has_aperture() { sampler.next_2d() } else { Vec2::ZERO };
         let Some(lens) = camera.sample_lens_towards(seen, u) else { return false };
         self.put_lens(scene, lens);
+        if let Some(media) = scene.media() {
+            let lens = &mut self.room[0].vertex.point;
+            lens.media = [media.medium_at_lens(scene, lens.position); 2];
+        }
         true
     }
 
@@ -287,6 +300,9 @@ impl Subpath {
             survival: 1.0,
         };
         self.whole = departure.beta.max_element();
+        if let Some(media) = scene.media() {
+            self.start_at_light(scene, media, &emission);
+        }
         self.walk(scene, departure, Way { transport: Transport::Importance, vertices, roulette, branch }, sampler);
     }
 
@@ -305,18 +321,18 @@ impl Subpath {
             if self.len == way.vertices as usize {
                 return;
             }
-            let Some(next) = self.depart(way, sampler) else { return };
+            let Some(next) = self.depart(scene, way, sampler) else { return };
             departure = next;
         }
     }
 
     /// Leaves the last vertex, if the walk goes on.
     #[inline(always)]
-    fn depart(&mut self, way: Way, sampler: &mut impl Sampler) -> Option<Departure> {
+    fn depart(&mut self, scene: &Scene, way: Way, sampler: &mut impl Sampler) -> Option<Departure> {
         sampler.start(Block::scattering(self.len as u32 - 1).of_branch(way.branch));
         let u = sampler.next_3d();
         let survive = sampler.next_chance();
-        let departure = self.scatter(way, u, survive)?;
+        let departure = self.scatter(scene, way, u, survive)?;
         self.sum_rivals();
         Some(departure)
     }
@@ -365,16 +381,47 @@ impl Subpath {
     fn add(&mut self, scene: &Scene, departure: &Departure, point: Point, visibility: f32, transport: Transport) {
         let from = &self.room[self.len - 1].vertex.point;
         let edge = Edge { visibility, ..Edge::between(from, &point) };
-        let beta = departure.beta * transmittance(scene, from, &edge, &point, transport);
         self.push(Step {
             vertex: Vertex::new(point),
             back: edge.reversed(),
-            beta,
+            beta: departure.beta,
             pdf_fwd: departure.pdf.to_area(&edge),
             pdf_rev: PdfArea::ZERO,
             survival: departure.survival,
             rivals: RivalSum::ZERO,
         });
+        if let Some(media) = scene.media() {
+            self.come_through(scene, media, departure.direction, transport);
+        }
+    }
+
+    /// Finds the media on both sides of the vertex that was added last, to which the walk has come in this direction, and takes away what was
+    /// absorbed on the way.
+    #[inline(never)]
+    fn come_through(&mut self, scene: &Scene, media: &Media, direction: Vec3, transport: Transport) {
+        let len = self.len;
+        let [.., from, here] = &mut self.room[..len] else { return };
+        let [inside, at_second] = &mut self.inside;
+        let medium = inside.arrive(scene, media, &mut here.vertex.point, direction);
+        if len == 2 {
+            *at_second = *inside;
+        }
+        let edge = here.back.reversed();
+        here.beta *= transmittance(scene, &from.vertex.point, &edge, &here.vertex.point, transport, medium);
+    }
+
+    /// Starts in what is around the lens, which comes to know its medium.
+    #[inline(never)]
+    fn start_at_lens(&mut self, scene: &Scene, media: &Media) {
+        let lens = &mut self.room[0].vertex.point;
+        self.inside[0] = Inside::starting(media.around_lens(scene, lens.position));
+        lens.media = [self.inside[0].medium(); 2];
+    }
+
+    /// Starts in what is around a light.
+    #[inline(never)]
+    fn start_at_light(&mut self, scene: &Scene, media: &Media, emission: &Emission) {
+        self.inside[0] = Inside::starting(media.around_emission(scene, emission));
     }
 
     /// Adds to the running sum of the last vertex but one, now that its other-side density is known.
@@ -401,7 +448,13 @@ impl Subpath {
     /// Samples how the walk leaves its last vertex, and fills in what that decides: the vertex's lobe and its
     /// predecessor's other-side density.
     #[inline(always)]
-    fn scatter(&mut self, Way { transport, roulette, .. }: Way, u: Vec3, survive: Chance) -> Option<Departure> {
+    fn scatter(
+        &mut self,
+        scene: &Scene,
+        Way { transport, roulette, .. }: Way,
+        u: Vec3,
+        survive: Chance,
+    ) -> Option<Departure> {
         let edges = self.len as u32 - 1;
         let [.., before, here] = &mut self.room[..self.len] else { return None };
         let known = here.back.direction;
@@ -440,19 +493,28 @@ impl Subpath {
         }
         let played = here.survival / survival;
         let beta = here.beta * ratio * mistake!(played, RouletteUndivided => 1.0);
+        if scene.media().is_some() && p.normal.dot(sample.direction) * p.normal.dot(known) < 0.0 {
+            self.inside[0].go_through();
+        }
         let origin = here.vertex.point.ray_origin(sample.direction);
         let pdf = mistake!(fwd, RouletteInDensities => PdfSolidAngle(fwd.0 / played));
         Some(Departure { origin, direction: sample.direction, pdf, beta, survival })
     }
 }
 
-/// exp(−σ_a d) along the edge from `a` to `b`: the part of the light that the volume they lie in lets pass.
-/// Of two boundary ends the one nearer the camera is asked first, whichever way the edge was found.
-#[inline(always)]
-pub(super) fn transmittance(scene: &Scene, a: &Point, ab: &Edge, b: &Point, walked: Transport) -> Rgb {
+/// exp(−σ_a d) along the edge from `a`, the camera's end, to `b`, in the medium into which `a` sees it leave: of a connection.
+#[inline(never)]
+pub(super) fn connecting_transmittance(scene: &Scene, a: &Point, ab: &Edge, b: &Point) -> Rgb {
+    let medium = mistake!(a.medium_towards(ab.direction), ConnectionsInEmptySpace => MediumId::EMPTY);
+    transmittance(scene, a, ab, b, Transport::Radiance, medium)
+}
+
+/// exp(−σ_a d) along the edge from `a` to `b`: the part of the light that `medium`, in which the edge lies, lets pass, or the local
+/// volume in its place. For that the end nearer the camera is asked first, whichever way the edge was found.
+fn transmittance(scene: &Scene, a: &Point, ab: &Edge, b: &Point, walked: Transport, medium: MediumId) -> Rgb {
     let absorption = match walked {
-        Transport::Radiance => scene.absorption(a, ab.direction, b),
-        Transport::Importance => scene.absorption(b, -ab.direction, a),
+        Transport::Radiance => scene.absorption(a, ab.direction, b, medium),
+        Transport::Importance => scene.absorption(b, -ab.direction, a, medium),
     };
     if absorption == Rgb::ZERO {
         return Rgb::ONE;

@@ -351,6 +351,20 @@ impl Material {
         self.emission != Rgb::ZERO && texture.is_none_or(|texture| !texture.image.is_black())
     }
 
+    /// The index of refraction of the volume that its surfaces bound; `None` if there is no volume.
+    pub fn volume_ior(&self) -> Option<f32> {
+        match (&self.maps, self.bsdf) {
+            (Some(maps), _) => (maps.factors.boundary == Boundary::Volume).then_some(maps.factors.ior),
+            (None, Bsdf::Dielectric(boundary)) => Some(boundary.ior),
+            (None, _) => None,
+        }
+    }
+
+    /// The BSDF at a place, as it is against empty space.
+    pub fn bsdf_at<'a>(&self, at: impl FnOnce() -> Interpolation<'a>) -> Bsdf {
+        self.maps.as_ref().map_or(self.bsdf, |maps| maps.parameters(&at()).bsdf())
+    }
+
     /// A Lambertian reflector.
     pub fn diffuse(name: &str, albedo: Rgb) -> Self {
         Self::new(name, Bsdf::Diffuse(Diffuse { albedo }))

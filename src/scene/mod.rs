@@ -8,6 +8,7 @@ pub mod geometry;
 pub mod light;
 mod light_index;
 pub mod material;
+pub mod media;
 pub mod point;
 pub mod texture;
 
@@ -23,6 +24,7 @@ use self::{
     light::{Light, LightChoice, Lights},
     light_index::LightIndex,
     material::{BackFaces, Coverage, Material, MaterialId},
+    media::{Boundary, Media, MediumId},
     point::{Place, Point},
 };
 use crate::{
@@ -43,8 +45,8 @@ pub struct Scene {
     areas: OnceLock<[SurfaceAreas; 2]>,
     /// Whether some primitive's material is not opaque: a scene without pays nothing for coverage.
     see_through: bool,
-    /// Whether some material's volume absorbs.
-    absorbs: bool,
+    /// Where some surface bounds a volume: a scene without pays nothing for media.
+    media: Option<Box<Media>>,
     /// Whether the camera's rays pass back faces of some material.
     culls: bool,
 }
@@ -74,18 +76,9 @@ impl Scene {
         let light_of = LightIndex::new(&geometry, &lights);
         let see_through = materials.iter().any(|m| m.coverage != Coverage::Opaque)
             && geometry.with_material(&|id| !opaque(id)).next().is_some();
-        let absorbs = materials.iter().any(|m| m.absorption != Rgb::ZERO);
-        Self {
-            camera,
-            geometry,
-            materials,
-            lights,
-            light_of,
-            areas: OnceLock::new(),
-            see_through,
-            absorbs,
-            culls: false,
-        }
+        let media = Media::new(&geometry, &materials, &lights).map(Box::new);
+        let areas = OnceLock::new();
+        Self { camera, geometry, materials, lights, light_of, areas, see_through, media, culls: false }
     }
 
     /// The same scene with another choice among the lights for next-event estimation.
@@ -304,28 +297,44 @@ impl Scene {
         })
     }
 
-    /// σ_a of what fills the segment that leaves `a` in the unit direction `ab` and ends at `b`, 1/m; zero for clear space.
-    ///
-    /// A segment lies inside a volume if either end is a boundary seen from behind; the first end is asked first. Closed
-    /// boundaries that do not overlap give the same answer at both ends. There is no stack of nested volumes. A surface that the
-    /// segment passes because of its coverage is not there, and bounds nothing: the ends alone decide.
+    /// The media, where some surface bounds a volume.
     #[inline(always)]
-    pub fn absorption(&self, a: &Point, ab: Vec3, b: &Point) -> Rgb {
-        if !self.absorbs {
-            return Rgb::ZERO;
+    pub fn media(&self) -> Option<&Media> {
+        self.media.as_deref()
+    }
+
+    /// σ_a of what fills the segment that leaves `a`, its end nearer the camera, in the unit direction `ab` and ends at `b`, 1/m; zero for
+    /// clear space. `medium` is the body that the segment lies in, as walks carry it: no surface of one is on its way, since none
+    /// lets a segment pass.
+    ///
+    /// Volumes that are no bodies are asked first, by the rule of [`Boundary::Local`].
+    #[inline(always)]
+    pub fn absorption(&self, a: &Point, ab: Vec3, b: &Point, medium: MediumId) -> Rgb {
+        match self.media() {
+            Some(media) if media.absorb() => Self::absorption_amid(media, [a, b], ab, medium),
+            _ => Rgb::ZERO,
         }
-        let inside = |p: &Point, w: Vec3| {
+    }
+
+    #[inline(never)]
+    fn absorption_amid(media: &Media, [a, b]: [&Point; 2], ab: Vec3, medium: MediumId) -> Rgb {
+        let behind = |p: &Point, w: Vec3| {
             let behind = mistake!(p.normal.dot(w) < 0.0, AbsorptionOutside => p.normal.dot(w) > 0.0);
-            matches!(p.bsdf, Bsdf::Dielectric(_)) && behind
+            matches!(p.bsdf, Bsdf::Dielectric(_)) && behind && media.boundary(p.material) == Boundary::Local
         };
-        let boundary = if inside(a, ab) {
-            a
-        } else if inside(b, -ab) {
-            b
+        if behind(a, ab) {
+            media.absorption_behind(a.material)
+        } else if behind(b, -ab) {
+            media.absorption_behind(b.material)
         } else {
-            return Rgb::ZERO;
-        };
-        self.materials[boundary.material.0 as usize].absorption
+            media.absorption(medium)
+        }
+    }
+
+    /// How the surface scatters at `point` where it separates its material's volume from empty space, resolved anew.
+    pub fn bsdf_at(&self, point: &Point) -> Bsdf {
+        let material = self.material(point.material);
+        material.bsdf_at(|| self.geometry.attributes(point.primitive, point.barycentric))
     }
 
     /// The material `id`.

@@ -7,6 +7,7 @@ use super::{
     geometry::{Geometry, PrimitiveId, Surface, offset_origin},
     light::LightId,
     material::{Maps, Material, MaterialId},
+    media::MediumId,
 };
 use crate::math::Rgb;
 
@@ -41,6 +42,9 @@ pub struct Point {
     pub primitive: PrimitiveId,
     /// The material of that primitive; meaningless where there is none.
     pub material: MaterialId,
+    /// The media in front of the surface, on N_g's side, and behind it, as the walk knows them that has come here: see
+    /// [`super::media::Inside`]. Empty space for points that no walk has found.
+    pub media: [MediumId; 2],
     /// The light that emits here, if any.
     pub light: Option<LightId>,
     /// α: how much of the surface is there, in [0, 1]; 1 where there is no surface. f and L_e of a path's vertex carry it, and
@@ -74,6 +78,7 @@ impl Point {
             place: Place::Surface,
             primitive,
             material: id,
+            media: [MediumId::EMPTY; 2],
             light,
             alpha: material.alpha(|| geometry.attributes(primitive, surface.barycentric)),
             bsdf: material.bsdf,
@@ -112,6 +117,7 @@ impl Point {
             place: Place::Degenerate,
             primitive: PrimitiveId::NONE,
             material: MaterialId(u32::MAX),
+            media: [MediumId::EMPTY; 2],
             light: None,
             alpha: 1.0,
             bsdf: Bsdf::Diffuse(Diffuse { albedo: Rgb::ZERO }),
@@ -128,6 +134,13 @@ impl Point {
         } else {
             offset_origin(self.position, self.normal, self.error, w)
         }
+    }
+
+    /// The medium into which the direction `w` leads.
+    #[inline]
+    pub fn medium_towards(&self, w: Vec3) -> MediumId {
+        let [front, behind] = self.media;
+        if self.normal.dot(w) < 0.0 { behind } else { front }
     }
 
     /// Whether N_s and N_g agree on which side the direction `w` lies. Where they do not, f̂ = 0: the one place that says so.

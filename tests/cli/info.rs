@@ -1,6 +1,8 @@
 //! `pathspace info`, for people and for programs.
 
-use crate::{Run, code, scene, stderr, stdout};
+use std::fs;
+
+use crate::{Run, code, scene, stderr, stdout, triangle};
 
 #[test]
 fn info_answers_programs_in_json() {
@@ -57,4 +59,19 @@ fn info_describes_a_scene() {
         assert!(text.contains(part), "{part}: {text}");
     }
     assert!(run.files().is_empty());
+}
+
+#[test]
+fn info_says_which_volumes_are_no_bodies() {
+    let run = Run::new();
+    let glass = r#""materials": [{ "name": "window", "extensions": {
+        "KHR_materials_transmission": { "transmissionFactor": 1 }, "KHR_materials_volume": { "thicknessFactor": 1 } },
+        "pbrMetallicRoughness": { "metallicFactor": 0 } }], "meshes": [{ "primitives": [{ "material": 0, "#;
+    let document = triangle("0").replace(r#""meshes": [{ "primitives": [{ "#, glass);
+    fs::write(run.path("open.gltf"), document).unwrap();
+    let text = stdout(&run.pathspace(&["info", "open.gltf"]));
+    assert!(text.contains("'window'") && text.contains("not closed (3 edges"), "{text}");
+    let info: serde_json::Value =
+        serde_json::from_str(&stdout(&run.pathspace(&["info", "open.gltf", "--json"]))).unwrap();
+    assert!(info["warnings"][0].as_str().is_some_and(|w| w.contains("not closed (3 edges")), "{info}");
 }

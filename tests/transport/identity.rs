@@ -50,7 +50,7 @@ fn condition(scene: &Scene, path: &Path, strategy: Technique, integrator: &Integ
     let mut worst = Claim { contribution: DVec3::ZERO, weight: 0.0 };
     for k in 0..6_usize {
         let vertices = path.vertices().iter().enumerate().map(|(i, v)| perturbed(v, 7 * i + 5 * k)).collect();
-        let near = Path::new(scene, vertices).with_visibility(path.visibility().to_vec());
+        let near = Path::new(scene, vertices).with_visibility(path.visibility().to_vec()).in_media_of(path);
         let near = defined(&near, strategy, integrator);
         // A perturbation that turns a face away says nothing about rounding short of that.
         if near.contribution.is_finite() && near.weight.is_finite() {

@@ -19,6 +19,7 @@ mod layers;
 mod lecture;
 mod ledger;
 mod lights;
+mod media;
 mod metamorphic;
 mod operator;
 mod options;

@@ -20,7 +20,10 @@ use std::f32::consts::PI;
 use glam::{Vec2, Vec3};
 
 pub use self::sensor::{Raster, Sensor};
-use super::point::{Place, Point};
+use super::{
+    geometry::Bounds,
+    point::{Place, Point},
+};
 use crate::sampling::{PdfArea, PdfSolidAngle, warp};
 
 /// A camera: its density is uniform over the padded film and, if it has one, over the lens.
@@ -168,6 +171,20 @@ impl Camera {
                 before.then(|| self.lens_at(seen.position - self.forward * depth))
             }
         }
+    }
+
+    /// A box around every p_0 of a camera subpath.
+    pub(super) fn lens_bounds(&self) -> Bounds {
+        let reach = match self.projection {
+            Projection::Pinhole => Vec3::ZERO,
+            Projection::ThinLens { radius, .. } => radius * (self.right.abs() + self.up.abs()),
+            Projection::Orthographic => {
+                let padded = self.sensor.size() + 2.0 * self.sensor.padding as f32;
+                let half = 0.5 * self.pixel * padded;
+                half.x * self.right.abs() + half.y * self.up.abs()
+            }
+        };
+        Bounds { min: self.position - reach, max: self.position + reach }
     }
 
     fn on_lens(&self, radius: f32, u: Vec2) -> Point {

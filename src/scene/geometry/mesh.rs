@@ -18,6 +18,18 @@ pub struct Mesh {
     normals: Vec<Vec3>,
     attributes: Attributes,
     triangles: Vec<IndexedTriangle>,
+    /// In the order of the triangles that they are copies of.
+    copies: Vec<Copied>,
+}
+
+/// A triangle that was dropped as a copy. It may bound another body, or the same one from the other side.
+#[derive(Clone, Copy, Debug)]
+struct Copied {
+    /// The triangle that has stayed.
+    of: u32,
+    material: MaterialId,
+    /// Whether it faces the other way.
+    turned: bool,
 }
 
 #[derive(Clone, Copy, Debug)]
@@ -98,26 +110,47 @@ impl Mesh {
         // By corners the first triangle's material, or that of the first opaque one; and what came between them.
         let mut first = HashMap::with_capacity(self.triangles.len());
         let mut more = HashSet::new();
-        let positions = &self.positions;
+        let (positions, copies, mut index) = (&self.positions, &mut self.copies, 0);
         self.triangles.retain(|t| {
             // + 0: −0 is the same place.
             let mut corners = t.corners.map(|i| (positions[i as usize] + 0.0).to_array().map(f32::to_bits));
+            let [a, b, c] = corners;
+            let odd = (a > b) ^ (b > c) ^ (a > c);
             corners.sort_unstable();
-            match first.entry(corners) {
+            let stays = match first.entry(corners) {
                 Entry::Vacant(place) => {
-                    place.insert(t.material);
+                    place.insert((t.material, index, odd));
                     true
                 }
                 Entry::Occupied(mut place) => {
-                    let known = *place.get();
+                    let (known, of, as_odd) = *place.get();
                     let stays = !opaque(known) && known != t.material && more.insert((corners, t.material));
                     if stays && opaque(t.material) {
-                        place.insert(t.material);
+                        place.insert((t.material, index, odd));
+                    }
+                    if !stays {
+                        copies.push(Copied { of, material: t.material, turned: odd != as_odd });
                     }
                     stays
                 }
-            }
+            };
+            index += u32::from(stays);
+            stays
         });
+        copies.sort_by_key(|copy| copy.of);
+    }
+
+    /// See [`super::Geometry::copies`].
+    pub(super) fn copies(&self, index: u32) -> impl Iterator<Item = (MaterialId, bool)> {
+        let from = self.copies.partition_point(|copy| copy.of < index);
+        self.copies[from..].iter().take_while(move |copy| copy.of == index).map(|copy| (copy.material, copy.turned))
+    }
+
+    /// Every triangle that was added: its number (of a dropped one, that of its copy), its material, and whether it faces the other way
+    /// than the triangle of that number.
+    pub(super) fn faces(&self) -> impl Iterator<Item = (u32, MaterialId, bool)> {
+        let kept = (0..).zip(&self.triangles).map(|(index, t)| (index, t.material, false));
+        kept.chain(self.copies.iter().map(|copy| (copy.of, copy.material, copy.turned)))
     }
 
     /// The number of triangles.

@@ -17,6 +17,7 @@ mod mesh;
 mod offset;
 mod query;
 mod ray;
+mod shells;
 mod simd;
 mod sphere;
 #[cfg(test)]
@@ -34,6 +35,7 @@ pub use self::{
     mesh::Mesh,
     offset::offset_origin,
     ray::Ray,
+    shells::{Form, Shell, Shells},
 };
 use self::{
     bvh::{Primitive, Shape, Tree},
@@ -143,6 +145,11 @@ impl Bounds {
     /// The smallest box around both.
     pub(crate) fn union(self, other: Self) -> Self {
         Self { min: self.min.min(other.min), max: self.max.max(other.max) }
+    }
+
+    /// Whether they have a point in common.
+    pub(crate) fn meets(self, other: Self) -> bool {
+        self.min.cmple(other.max).all() && self.max.cmpge(other.min).all()
     }
 }
 
@@ -349,6 +356,13 @@ impl Geometry {
             (None, Some((_, material))) => *material,
             (None, None) => self.world.material(primitive.index),
         }
+    }
+
+    /// The triangles that [`Self::drop_copies`] has dropped in favour of this one: the material of each, and whether its front is
+    /// this one's back.
+    pub fn copies(&self, primitive: PrimitiveId) -> impl Iterator<Item = (MaterialId, bool)> {
+        let mesh = primitive.instance().map_or(&self.world, |number| self.instance(number).1);
+        mesh.copies(primitive.index)
     }
 
     /// The area of a primitive, m².
