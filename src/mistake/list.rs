@@ -71,6 +71,7 @@ mistakes! {
     ConstantOffset "constant-offset" "Rays start a constant distance off their surface.";
     TangentNotMirrored "tangent-not-mirrored" "A mirrored surface keeps the handedness of its tangents.";
     TextureTurnedBackwards "texture-turned-backwards" "A texture's transform turns it the wrong way.";
+    FactorBeforeTexture "factor-before-texture" "What transmits is decided by the metallic factor without its texture.";
     SrgbUndecoded "srgb-undecoded" "8-bit colours are taken as linear.";
     PaddingForgotten "padding-forgotten" "Camera subpaths are counted without those of the padding.";
     PaddingSplats "padding-splats" "Light subpaths of the padding count among those that splat.";
