@@ -68,6 +68,7 @@ pub fn killers(mistake: Mistake) -> &'static [Test] {
         SrgbUndecoded => &[Lib("scene::texture::tests::colours_are_decoded_before_they_are_interpolated")],
         PaddingForgotten | PaddingSplats => &[COUNTS],
         DepositsCut => &[Lib("film::tests::deposits_are_rounded_to_nearest")],
+        LongNamesUnmarked => &[Lib("film::exr::tests::long_names_are_marked_and_short_ones_are_not")],
         FilterOffCentre => &[Lib("film::tests::constant_radiance_is_constant_up_to_the_border")],
         HalvesByPairs => &[Lib("film::tests::passes_go_to_the_half_images_in_turn")],
         CropShiftsNumbers => &[Transport("exactness::a_crop_is_a_slice_of_the_full_image")],

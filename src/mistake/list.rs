@@ -76,6 +76,7 @@ mistakes! {
     PaddingForgotten "padding-forgotten" "Camera subpaths are counted without those of the padding.";
     PaddingSplats "padding-splats" "Light subpaths of the padding count among those that splat.";
     DepositsCut "deposits-cut" "Deposits are cut to whole quanta.";
+    LongNamesUnmarked "long-names-unmarked" "OpenEXR files do not say that they have long names.";
     FilterOffCentre "filter-off-centre" "A filter is centred on the pixel's corner.";
     HalvesByPairs "halves-by-pairs" "Passes go to the half images two by two.";
     CropShiftsNumbers "crop-shifts-numbers" "Random numbers follow the place in the crop.";

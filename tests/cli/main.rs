@@ -10,6 +10,7 @@ mod interruption;
 mod layers;
 mod lecture;
 mod malformed;
+mod openexr;
 mod render;
 mod shards;
 mod statistics;
