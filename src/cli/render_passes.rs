@@ -159,7 +159,7 @@ impl Start {
 /// What was done, what is known about the noise, and what went wrong.
 pub(super) fn summarise(renderer: &Renderer<'_>, end: &Moment, terminal: Terminal) {
     faults(&renderer.statistics(), renderer.film().errors(), terminal);
-    let noise = noise(end.noise, end.passes);
+    let noise = noise(end.noise, end.passes, renderer.film());
     terminal.say(format_args!("{} spp in {}, {noise}", end.passes, Clock(end.elapsed)));
 }
 
@@ -180,11 +180,12 @@ pub(super) fn faults(statistics: &Statistics, errors: DepositErrors, terminal: T
     }
 }
 
-/// What is known about the noise.
-pub(super) fn noise(noise: Option<f64>, passes: u32) -> String {
+/// What is known about the noise of a film's image.
+pub(super) fn noise(noise: Option<f64>, passes: u32, film: &Film) -> String {
     match noise {
         Some(noise) => format!("noise {noise:.2e} (relMSE, from two half images)"),
         None if passes == 0 => "no samples".to_owned(),
+        None if film.is_black() => "noise unknown (no light has arrived anywhere in the image)".to_owned(),
         None if passes == 1 => "noise unknown (one sample per pixel)".to_owned(),
         None if passes.is_multiple_of(2) => "noise unknown (half images of different length)".to_owned(),
         None => "noise unknown (odd number of samples)".to_owned(),

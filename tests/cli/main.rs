@@ -1,5 +1,6 @@
 //! The program as a person or a script meets it: exit codes, sentences, files.
 
+mod black;
 mod checkpoints;
 mod compare;
 mod converge;
