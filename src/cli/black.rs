@@ -37,7 +37,8 @@ impl Black<'_> {
             let lost =
                 if statistics.rays.visibility == 0 { "met a surface in the image" } else { "reached the camera" };
             format!(
-                "no path from the lights {lost} ({} rays of them in a scene {size:.3e} m across): -i path walks from the camera",
+                "no path from the lights {lost} ({} rays of them in a scene {size:.3e} m across): -i path walks from the \
+                 camera",
                 statistics.rays.light
             )
         } else if settings.max_depth < 2 {

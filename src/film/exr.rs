@@ -124,9 +124,9 @@ const REC_709: Chromaticities = Chromaticities {
     white: Vec2(0.3127, 0.3290),
 };
 
-/// Brings the attributes of a single-part file's header into alphabetical order, and sets the flag for long names where there
-/// are any. The exr crate keeps custom attributes in a hash map and writes them in another order each time; their total length,
-/// and so every offset in the file, stays. It does not look at the names of channels for the flag.
+/// Brings the attributes of a single-part file's header into alphabetical order, and sets the flag for long names where
+/// there are any. The exr crate keeps custom attributes in a hash map and writes them in another order each time; their
+/// total length, and so every offset in the file, stays. It does not look at the names of channels for the flag.
 pub(super) fn sort_attributes(file: &mut [u8]) -> Option<()> {
     // Magic number and version, then (name \0 type \0 length value)… \0.
     const START: usize = 8;

@@ -229,7 +229,8 @@ impl Film {
         self.normalised(passes, |pixel, channel| plane.sum(pixel, channel) as f64)
     }
 
-    /// Whether nothing has been added to any pixel. Such an image is dark or has missed all light there is: nobody knows which.
+    /// Whether nothing has been added to any pixel. Such an image is dark or has missed all light there is: nobody
+    /// knows which.
     pub fn is_black(&self) -> bool {
         let sums = |pixel| self.halves.iter().flat_map(move |plane| [0, 1, 2].map(|channel| plane.sum(pixel, channel)));
         (0..self.pixels()).flat_map(sums).all(|sum| sum == 0)

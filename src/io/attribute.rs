@@ -19,8 +19,8 @@ use crate::scene::{geometry::Attributes, material::Maps};
 /// Tangents without normals are left out: they belong to normals that the file does not say
 /// (glTF 2.0 specification, 3.7.2.1). So are colours that are white everywhere.
 ///
-/// Texture coordinates and colours that are not finite are refused, since nothing else says what they should be. Tangents are
-/// not looked at: they can be made anew.
+/// Texture coordinates and colours that are not finite are refused, since nothing else says what they should be.
+/// Tangents are not looked at: they can be made anew.
 pub(super) fn read(
     accessors: Accessors<'_>,
     primitive: &Primitive,

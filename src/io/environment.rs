@@ -1,7 +1,8 @@
 //! Reading environment maps: equirectangular Radiance (`.hdr`) and OpenEXR (`.exr`) files.
 //!
-//! The first bytes say which of the two a file is, not its name. Colours are linear Rec. 709 unless the file says otherwise, and are
-//! converted then; radiance is in the units of the scene. [`EnvironmentMap`] states where the map's middle, top and edges are.
+//! The first bytes say which of the two a file is, not its name. Colours are linear Rec. 709 unless the file says
+//! otherwise, and are converted then; radiance is in the units of the scene. [`EnvironmentMap`] states where the map's
+//! middle, top and edges are.
 
 use std::path::Path;
 
@@ -150,8 +151,8 @@ pub fn read_environment(
     Ok(LoadedEnvironment { map, hash: hash.hex(), warnings })
 }
 
-/// Sharpening filters leave channels a little below zero, and Rec. 709 has none of some colours of wider gamuts; such channels count as
-/// zero, and a sentence says so.
+/// Sharpening filters leave channels a little below zero, and Rec. 709 has none of some colours of wider gamuts; such
+/// channels count as zero, and a sentence says so.
 fn without_negatives(picture: &mut Picture) -> Option<String> {
     let negative = |texel: &Rgb| texel.to_array().iter().any(|c| *c < 0.0 && c.is_finite());
     let first = picture.texels.iter().position(negative)?;

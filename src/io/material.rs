@@ -1,12 +1,12 @@
 //! glTF materials as [`Material`]s: factors brought into their range, and their textures. Which BSDF they make stands at
 //! [`Parameters::bsdf`].
 //!
-//! Wherever a decision needs a parameter, it takes the factor times its texture, never the factor alone: a texture of one value is
-//! the same as that value in the factor.
+//! Wherever a decision needs a parameter, it takes the factor times its texture, never the factor alone: a texture of
+//! one value is the same as that value in the factor.
 //!
-//! Occlusion textures are not read: occlusion is what a path tracer computes, and painted on top it would count twice. Thickness stands
-//! in for the back of a volume where nothing is traced through it; here the mesh itself bounds the volume, and all that is read of a
-//! thickness and its texture is whether there is any.
+//! Occlusion textures are not read: occlusion is what a path tracer computes, and painted on top it would count twice.
+//! Thickness stands in for the back of a volume where nothing is traced through it; here the mesh itself bounds the
+//! volume, and all that is read of a thickness and its texture is whether there is any.
 //!
 //! `KHR_materials_unlit` becomes a black surface that emits its base colour, in radiance 1 for white, to both sides.
 //!

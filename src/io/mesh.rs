@@ -190,7 +190,8 @@ fn mend(normals: &mut [Vec3], positions: &[Vec3], triangles: &[[u32; 3]], at: &s
     }
 }
 
-/// Drops tangents of which some say no direction or no handedness: all of them, since only all together can be made anew.
+/// Drops tangents of which some say no direction or no handedness: all of them, since only all together can be made
+/// anew.
 fn drop_unusable(tangents: &mut Vec<Vec4>, triangles: &[[u32; 3]], at: &str, warnings: &mut Vec<String>) {
     let direction = |t: Vec4| (1e-12..f32::INFINITY).contains(&t.truncate().length_squared());
     let usable = |t: Vec4| direction(t) && t.w.is_finite() && t.w != 0.0;

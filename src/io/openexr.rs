@@ -38,8 +38,9 @@ pub struct ImageError {
     what: String,
 }
 
-/// Reads the channels R, G and B of an OpenEXR file: its data window, without the display window around it. A file with other
-/// `chromaticities` than those of Rec. 709 is converted, and colours outside of that gamut have negative channels then.
+/// Reads the channels R, G and B of an OpenEXR file: its data window, without the display window around it. A file with
+/// other `chromaticities` than those of Rec. 709 is converted, and colours outside of that gamut have negative channels
+/// then.
 ///
 /// # Errors
 /// If it is no such file, is larger than `limits` allow (`file-bytes`, `texels`), has a channel that is not finite, or

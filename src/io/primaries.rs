@@ -1,4 +1,5 @@
-//! Which colours the three channels of an image are: its primaries and its white, and the way from there to linear Rec. 709.
+//! Which colours the three channels of an image are: its primaries and its white, and the way from there to linear Rec.
+//! 709.
 
 use glam::{DMat3, DVec2, DVec3};
 
@@ -51,8 +52,9 @@ impl Primaries {
         Self { red: at(rx, ry), green: at(gx, gy), blue: at(bx, by), white: at(wx, wy) }
     }
 
-    /// The way to linear Rec. 709. White goes to white: where it is another than D65, the eye is taken to be adapted to it
-    /// (Bradford's von Kries transform). CIE XYZ is the exception: it states colours and no white, so that they stay what they are.
+    /// The way to linear Rec. 709. White goes to white: where it is another than D65, the eye is taken to be adapted to
+    /// it (Bradford's von Kries transform). CIE XYZ is the exception: it states colours and no white, so that they stay
+    /// what they are.
     ///
     /// # Errors
     /// A clause that says why these are no primaries.

@@ -1,8 +1,9 @@
 //! Reading Radiance pictures (`.hdr`, `.pic`): the header here, the pixels by the image crate.
 //!
-//! The header's lines say what was done to the pixels ("Radiance File Formats", G. Ward; color.h of Radiance). In the order in which
-//! they are undone here: GAMMA, a power that other programs than Radiance write; COLORCORR, factors of the channels; PRIMARIES,
-//! or a FORMAT of CIE XYZ. EXPOSURE is said and not undone, as in all programs that show such files.
+//! The header's lines say what was done to the pixels ("Radiance File Formats", G. Ward; color.h of Radiance). In the
+//! order in which they are undone here: GAMMA, a power that other programs than Radiance write; COLORCORR, factors of
+//! the channels; PRIMARIES, or a FORMAT of CIE XYZ. EXPOSURE is said and not undone, as in all programs that show such
+//! files.
 
 use std::io::{Cursor, Read};
 

@@ -258,8 +258,8 @@ fn textures_that_vary_decide_by_their_extremes() {
     assert_eq!(metallic([255, 255], 1.0), opaque(""));
 }
 
-/// A pane and a volume of black glass whose default metallic factor of 1 meets a texture of 0 reflect Fresnel's 0.04, where a
-/// black metal reflects nothing.
+/// A pane and a volume of black glass whose default metallic factor of 1 meets a texture of 0 reflect Fresnel's 0.04,
+/// where a black metal reflects nothing.
 #[test]
 fn glass_of_a_metallic_texture_is_rendered_as_glass() {
     for volume in [false, true] {

@@ -170,7 +170,8 @@ fn footprint(geometry: &Geometry, primitive: PrimitiveId, maps: &Maps) -> f32 {
     if length.is_finite() { length.max(1.0) } else { 1.0 }
 }
 
-/// Bounds on what the emission's channels are multiplied by anywhere on the triangle; 0 only for one that is 0 everywhere.
+/// Bounds on what the emission's channels are multiplied by anywhere on the triangle; 0 only for one that is 0
+/// everywhere.
 fn bound(geometry: &Geometry, primitive: PrimitiveId, maps: &Maps) -> Rgb {
     let Some(texture) = &maps.emission else { return Rgb::ONE };
     let corners = [Vec2::ZERO, Vec2::X, Vec2::Y].map(|b| geometry.attributes(primitive, b).uv(texture.uv_set));

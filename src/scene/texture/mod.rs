@@ -22,7 +22,8 @@ pub struct Image {
     height: u32,
     channels: usize,
     texels: Texels,
-    /// The least and the greatest of each channel, alpha last, as fractions of the greatest there can be; found when first asked for.
+    /// The least and the greatest of each channel, alpha last, as fractions of the greatest there can be; found when
+    /// first asked for.
     extremes: OnceLock<[Vec4; 2]>,
 }
 
@@ -247,13 +248,14 @@ impl Texture {
         }
     }
 
-    /// The least and the greatest that a lookup can find in each channel, alpha last: interpolation stays between the texels.
+    /// The least and the greatest that a lookup can find in each channel, alpha last: interpolation stays between the
+    /// texels.
     pub fn extremes(&self) -> [Vec4; 2] {
         self.image.extremes().map(|texel| self.decode(texel))
     }
 
-    /// Bounds on the colour channels of any lookup within the triangle of these texture coordinates; 0 only where all lookups are
-    /// 0 in that channel. Large triangles get the whole image's.
+    /// Bounds on the colour channels of any lookup within the triangle of these texture coordinates; 0 only where all
+    /// lookups are 0 in that channel. Large triangles get the whole image's.
     pub fn bound(&self, uv: [Vec2; 3]) -> Vec3 {
         const MOST_TEXELS: f32 = 4096.0;
         let [a, b, c] = uv.map(|uv| self.place(uv));
