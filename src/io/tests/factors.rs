@@ -4,7 +4,7 @@ use glam::Vec2;
 use image::{DynamicImage, ImageFormat, RgbaImage};
 
 use super::{
-    textures::{encoded, textured},
+    textures::{encoded, textured, uri},
     *,
 };
 use crate::{
@@ -198,7 +198,7 @@ fn a_constant_vertex_colour_is_a_factor() {
         for view in document["bufferViews"].as_array_mut().unwrap().iter_mut().take(4) {
             view["byteOffset"] = json!(view["byteOffset"].as_u64().unwrap() + 12);
         }
-        document["buffers"][0] = json!({ "byteLength": bytes.len(), "uri": super::textures::uri(&bytes) });
+        document["buffers"][0] = json!({ "byteLength": bytes.len(), "uri": uri(&bytes) });
         document["materials"] = json!([material]);
         let colored = load(&document).unwrap();
         let id = colored.geometry.material(PrimitiveId::world(0)).0 as usize;
