@@ -95,7 +95,7 @@ impl Primaries {
     }
 
     fn is_near(self, other: Self) -> bool {
-        let near = |a: DVec2, b: DVec2| (a - b).abs().max_element() < SAME;
+        let near = |a: DVec2, b: DVec2| (a - b).abs().cmplt(DVec2::splat(SAME)).all();
         near(self.red, other.red)
             && near(self.green, other.green)
             && near(self.blue, other.blue)

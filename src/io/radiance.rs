@@ -98,6 +98,10 @@ impl Header {
                 "GAMMA" => [header.gamma] = positive(value).ok_or_else(|| unusable(factors))?,
                 "PRIMARIES" => {
                     let stated = numbers(value).ok_or_else(|| unusable("it has eight numbers"))?;
+                    // Photoshop writes zeros for what it does not know.
+                    if stated == [0.0; 8] {
+                        continue;
+                    }
                     let colors = Primaries::of(stated.map(f64::from)).to_rec_709();
                     primaries = Some(colors.map_err(unusable)?);
                 }

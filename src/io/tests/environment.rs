@@ -128,6 +128,7 @@ fn corrections_are_undone() {
         ("COLORCORR=2 1 1\nCOLORCORR=1 2 1", Rgb::new(0.25, 0.125, 0.125)),
         ("GAMMA=2", Rgb::new(0.25, 0.0625, 0.015_625)),
         ("GAMMA=2\nCOLORCORR=0.5 1 1", Rgb::new(0.5, 0.0625, 0.015_625)),
+        ("GAMMA=1\nPRIMARIES=0 0 0 0 0 0 0 0", Rgb::new(0.5, 0.25, 0.125)),
         ("GAMMA=1.0\nSOFTWARE=whatever=1", Rgb::new(0.5, 0.25, 0.125)),
     ];
     for (lines, expected) in cases {
