@@ -69,10 +69,12 @@ pub fn killers(mistake: Mistake) -> &'static [Test] {
             &[Lib("scene::geometry::attributes::tests::the_images_up_goes_through_a_mirror_with_its_surface")]
         }
         TextureTurnedBackwards => &[Lib("io::tests::textures::samplers_transforms_and_sets_are_honoured")],
+        FactorBeforeTexture => &[Lib("io::tests::factors::a_constant_texture_is_a_factor")],
         SrgbUndecoded => &[Lib("scene::texture::tests::colours_are_decoded_before_they_are_interpolated")],
         PaddingForgotten | PaddingSplats => &[COUNTS],
         ResidueLost => &[Lib("film::plane::tests::every_finite_f32_counts_exactly_in_any_order")],
         CarryLost => &[Lib("film::plane::tests::carries_of_either_sign_spill")],
+        LongNamesUnmarked => &[Lib("film::exr::tests::long_names_are_marked_and_short_ones_are_not")],
         FilterOffCentre => &[Lib("film::tests::constant_radiance_is_constant_up_to_the_border")],
         HalvesByPairs => &[Lib("film::tests::passes_go_to_the_half_images_in_turn")],
         CropShiftsNumbers => &[Transport("exactness::a_crop_is_a_slice_of_the_full_image")],

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 
 use super::passes::Passes;
 use crate::{
-    film::{Crop, Header, Sums},
+    film::{Crop, Film, Header, Sums},
     integrator::{RelativeRoulette, Weighting},
     io::{NamedCamera, ThinLens, View},
     path::Roulette,
@@ -115,7 +115,7 @@ pub(super) fn header(sensor: Sensor, settings: &BTreeMap<String, String>, sums: 
     let mut attributes: Vec<_> = settings.clone().into_iter().collect();
     let mut add = |name: &str, value| attributes.push((name.to_owned(), value));
     add("spp", passes.count().to_string());
-    add("noise", noise(passes.noise(sums.film), passes.count()));
+    add("noise", noise(passes.noise(sums.film), passes.count(), sums.film));
     if !passes.is_from_start() {
         add("passes", passes.to_string());
     }
@@ -145,9 +145,10 @@ fn roulette(roulette: Roulette) -> String {
 }
 
 /// What is known about the noise, in words where it is nothing.
-fn noise(noise: Option<f64>, passes: u32) -> String {
+fn noise(noise: Option<f64>, passes: u32, film: &Film) -> String {
     match noise {
         Some(noise) => format!("relMSE {noise:.4e} from two half images"),
+        None if film.is_black() => "unknown: no light has arrived".to_owned(),
         None if passes == 1 => "unknown: one sample per pixel".to_owned(),
         None if passes.is_multiple_of(2) => "unknown: the half images differ in length".to_owned(),
         None => "unknown: the half images of an odd number of samples differ in length".to_owned(),

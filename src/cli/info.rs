@@ -8,7 +8,7 @@ use crate::{
     scene::{
         Scene,
         bsdf::Bsdf,
-        material::{Material, MaterialId},
+        material::{Boundary, Material, MaterialId},
     },
     text::{short, short_vec},
 };
@@ -114,7 +114,7 @@ fn view(view: View) -> String {
 fn materials(materials: &[Material]) -> String {
     let mut kinds = BTreeMap::new();
     for material in materials {
-        *kinds.entry(kind(&material.bsdf)).or_insert(0) += 1;
+        *kinds.entry(kind(material)).or_insert(0) += 1;
     }
     if kinds.is_empty() {
         return "none".to_owned();
@@ -151,11 +151,13 @@ pub(super) fn light_kinds(loaded: &Loaded) -> [(usize, &'static str); 5] {
     ]
 }
 
-pub(super) fn kind(bsdf: &Bsdf) -> &'static str {
-    match bsdf {
-        Bsdf::Diffuse(_) => "diffuse",
-        Bsdf::MetallicRoughness(_) => "metallic-roughness",
-        Bsdf::Dielectric(_) => "dielectric",
-        Bsdf::Thin(_) => "thin dielectric",
+/// What a material scatters like; one that transmits in places counts as what it is there.
+pub(super) fn kind(material: &Material) -> &'static str {
+    let boundary = material.maps.as_ref().map(|maps| maps.factors.boundary);
+    match (boundary, &material.bsdf) {
+        (Some(Boundary::Volume), _) | (_, Bsdf::Dielectric(_)) => "dielectric",
+        (Some(Boundary::Thin), _) | (_, Bsdf::Thin(_)) => "thin dielectric",
+        (_, Bsdf::Diffuse(_)) => "diffuse",
+        (_, Bsdf::MetallicRoughness(_)) => "metallic-roughness",
     }
 }

@@ -77,7 +77,7 @@ fn material(material: &Material) -> Value {
     });
     json!({
         "name": material.name,
-        "kind": info::kind(&material.bsdf),
+        "kind": info::kind(material),
         "emits": material.emits(),
         "radiance": vector(material.emission),
         "emission_sides": match material.emission_sides {

@@ -86,7 +86,7 @@ pub(super) fn run(args: &MergeArgs) -> Result<Exit, Failure> {
     }
 
     let exit = render_passes::faults(&set.statistics, sums.errors(), terminal);
-    let noise = render_passes::noise(passes.noise(&image), passes.count());
+    let noise = render_passes::noise(passes.noise(&image), passes.count(), &image);
     terminal.say(format_args!("{} spp from {} files, {noise}", passes.count(), args.shards.len()));
     match product {
         Product::Shard(passes) => {

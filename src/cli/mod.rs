@@ -1,6 +1,7 @@
 //! The command line: options in, images and exit codes out.
 
 mod args;
+mod black;
 mod camera;
 mod compare;
 mod converge;

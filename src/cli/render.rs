@@ -7,6 +7,7 @@ use serde_json::{Value, json};
 
 use super::{
     args::RenderArgs,
+    black::Black,
     camera,
     exit::{Exit, Failure},
     foretell::foretell,
@@ -124,6 +125,11 @@ pub(super) fn run(args: &RenderArgs) -> Result<Exit, Failure> {
     let watchers = (&mut progress, &mut viewer);
     let ended = render_passes::run(&mut renderer, &pool, (goal, quality), &mut keeper, &interrupt, watchers, terminal);
     render_passes::summarise(&renderer, &ended.moment, terminal);
+    let black = Black { scene: &scene, settings: &settings, kept: kept.as_ref().map(|(text, _)| text.as_str()) };
+    let black = black.why(&renderer);
+    if let Some(why) = &black {
+        terminal.warn(format_args!("the image is black: {why}"));
+    }
     if let Some(quality) = ended.quality.filter(|quality| !quality.is_reached() && ended.interrupted.is_none()) {
         terminal.warn(format_args!("{} spp are not enough for --noise {}", ended.moment.passes, quality.below));
     }
@@ -147,7 +153,9 @@ pub(super) fn run(args: &RenderArgs) -> Result<Exit, Failure> {
     phases.end("write");
     if let Some(path) = &args.stats {
         let threads = pool.current_num_threads();
-        let stats = Stats { job: &job, renderer: &renderer, ended: &ended, keeper: &keeper, phases: &phases, threads };
+        let black = black.as_deref();
+        let stats =
+            Stats { job: &job, renderer: &renderer, ended: &ended, black, keeper: &keeper, phases: &phases, threads };
         stats.write(path)?;
     }
     if written {
@@ -166,6 +174,7 @@ pub(super) fn run(args: &RenderArgs) -> Result<Exit, Failure> {
             "spp": ended.moment.passes,
             "elapsed": ended.moment.elapsed.as_secs_f64(),
             "noise": ended.moment.noise,
+            "black": black,
             "files": files,
             "checkpoint": checkpoint,
         })

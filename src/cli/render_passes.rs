@@ -177,7 +177,7 @@ pub(super) fn summarise(renderer: &Renderer<'_>, end: &Moment, terminal: Termina
     if wide > MUCH && wide > all / 2 {
         terminal.say(format_args!("note: deposits of very different sizes took {wide} of the film's {all} MiB"));
     }
-    let noise = noise(end.noise, end.passes);
+    let noise = noise(end.noise, end.passes, renderer.film());
     terminal.say(format_args!("{} spp in {}, {noise}", end.passes, Clock(end.elapsed)));
 }
 
@@ -197,11 +197,12 @@ pub(super) fn faults(statistics: &Statistics, errors: DepositErrors, terminal: T
     if errors.is_empty() && statistics.rejected.is_empty() { Exit::Done } else { Exit::Incomplete }
 }
 
-/// What is known about the noise.
-pub(super) fn noise(noise: Option<f64>, passes: u32) -> String {
+/// What is known about the noise of a film's image.
+pub(super) fn noise(noise: Option<f64>, passes: u32, film: &Film) -> String {
     match noise {
         Some(noise) => format!("noise {noise:.2e} (relMSE, from two half images)"),
         None if passes == 0 => "no samples".to_owned(),
+        None if film.is_black() => "noise unknown (no light has arrived anywhere in the image)".to_owned(),
         None if passes == 1 => "noise unknown (one sample per pixel)".to_owned(),
         None if passes.is_multiple_of(2) => "noise unknown (half images of different length)".to_owned(),
         None => "noise unknown (odd number of samples)".to_owned(),

@@ -53,6 +53,8 @@ pub(super) struct Stats<'a> {
     pub(super) job: &'a Job<'a>,
     pub(super) renderer: &'a Renderer<'a>,
     pub(super) ended: &'a Ended,
+    /// Why the image is black, if it is.
+    pub(super) black: Option<&'a str>,
     pub(super) keeper: &'a Keeper<'a>,
     pub(super) phases: &'a Phases,
     pub(super) threads: usize,
@@ -65,7 +67,7 @@ impl Stats<'_> {
     }
 
     fn json(&self) -> Value {
-        let Self { job, renderer, ended, keeper, phases, threads } = self;
+        let Self { job, renderer, ended, black, keeper, phases, threads } = self;
         let (statistics, sums) = (renderer.statistics(), renderer.sums());
         let (rays, errors, crop) = (statistics.rays, sums.errors(), sums.film.crop());
         let rejected: Map<_, _> =
@@ -92,6 +94,7 @@ impl Stats<'_> {
             "resumed_spp": ended.moment.resumed,
             "first_sample": renderer.range().start,
             "noise": ended.moment.noise,
+            "black": black,
             "noise_reached": ended.quality.map(|quality| quality.is_reached()),
             "samples": statistics.samples,
             "rays": {

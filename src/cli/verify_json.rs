@@ -48,7 +48,9 @@ pub(super) fn describe(job: &Job, report: &Report) -> Value {
             "covered_by_one_alone": class.alone,
         })
     });
-    let needed = report.longer.map(|longer| match plan.budget {
+    // Nobody waits for what is beyond that.
+    let longer = report.longer.filter(|_| verify_text::needed(job, report).flatten().is_some());
+    let needed = longer.map(|longer| match plan.budget {
         Budget::Time(time) => json!({ "seconds": time.as_secs_f64() * longer }),
         Budget::Passes(passes) => json!({ "spp": (f64::from(passes) * longer).ceil() }),
     });

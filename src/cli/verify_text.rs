@@ -8,7 +8,7 @@ use crate::verify::{Budget, Contestant, Outcome, Report, Row, Verdict};
 /// Less than this part of the image is not worth a sentence.
 const WORTH_SAYING: f64 = 5e-4;
 /// A longer run than this is nothing to recommend.
-const PATIENCE: Duration = Duration::from_secs(1000 * 3600);
+const PATIENCE: Duration = Duration::from_secs(24 * 3600);
 
 /// The tables, and then the summary. Writing to a string cannot fail.
 pub(super) fn describe(job: &Job, report: &Report) -> String {
@@ -120,28 +120,106 @@ fn doubt(job: &Job, report: &Report) -> Vec<String> {
             format!("undecided: a difference of {a} and {b} in '{paths}' was not confirmed by fresh seeds")
         }
         _ => format!(
-            "too noisy to say: in '{paths}', {a} and {b} could differ by {} of the image unseen",
+            "undecided: in '{paths}', {a} and {b} could differ by {} of the image unseen",
             percent(worst.visible)
         ),
     }];
-    let longer = report.longer.unwrap_or(1.0);
-    said.push(match job.plan.budget {
-        Budget::Time(time) if longer * time.as_secs_f64() < PATIENCE.as_secs_f64() => {
-            format!("--time {} would be enough", flag(time.mul_f64(longer)))
-        }
-        Budget::Passes(passes) if longer * f64::from(passes) < f64::from(1 << 24) => {
-            format!("--spp {:.0} would be enough", (longer * f64::from(passes)).ceil())
-        }
-        _ => "no sensible time would be enough".to_owned(),
+    said.push(match needed(job, report).flatten() {
+        Some(needed) => format!("{needed} would be enough"),
+        None => "no sensible time would be enough for all of them".to_owned(),
     });
-    if let Some(one) = in_all(report, &rows)
-        && report.integrators.len() > 2
-    {
-        let others = report.integrators.iter().map(|one| one.kind.name()).filter(|name| *name != one);
-        let others = others.collect::<Vec<_>>().join(",");
-        said.push(format!("only {one} is too noisy: -i {others} agree already"));
-    }
+    said.extend(advice(job, report));
     said
+}
+
+/// Which integrators to leave out for a decision, where that helps.
+fn advice(job: &Job, report: &Report) -> Option<String> {
+    let doubts: Vec<_> = report.rows.iter().map(Doubt::from).collect();
+    let name = |i: &usize| report.integrators[*i].kind.name();
+    let others = |out: &[usize]| {
+        let left = (0..report.integrators.len()).filter(|i| !out.contains(i));
+        left.map(|i| name(&i)).collect::<Vec<_>>().join(",")
+    };
+    if report.rows.iter().any(|row| row.verdict == Verdict::Unconfirmed) {
+        return None;
+    }
+    if let Some(out) = decided_without(report.integrators.len(), &doubts) {
+        let names = out.iter().map(name).collect::<Vec<_>>().join(" and ");
+        let are = if out.len() == 1 { "is" } else { "are" };
+        return Some(format!("{names} {are} too noisy here: without, -i {} agree already", others(&out)));
+    }
+    // Nothing decides it now: leaving out the one that takes longest may still bring it within reach.
+    let longest = |out: usize| longest(&doubts, |i| i != out);
+    let all = longest(usize::MAX);
+    let out = (0..report.integrators.len()).min_by(|a, b| longest(*a).total_cmp(&longest(*b)))?;
+    let needed =
+        sensible(job, report, longest(out)).filter(|_| report.integrators.len() > 2 && 2.0 * longest(out) < all)?;
+    Some(format!("without {}, -i {} need {needed}", name(&out), others(&[out])))
+}
+
+/// What an open comparison says of its two integrators.
+struct Doubt {
+    pair: (usize, usize),
+    open: bool,
+    visible: f64,
+    longer: f64,
+}
+
+impl From<&Row> for Doubt {
+    fn from(row: &Row) -> Self {
+        Self { pair: row.pair, open: row.verdict.is_open(), visible: row.visible, longer: row.longer }
+    }
+}
+
+impl Doubt {
+    fn among(&self, kept: impl Fn(usize) -> bool) -> bool {
+        kept(self.pair.0) && kept(self.pair.1)
+    }
+}
+
+/// The fewest of `n` integrators without which no comparison is open, and of equally many the noisiest: two are left at
+/// least, with something to compare.
+fn decided_without(n: usize, doubts: &[Doubt]) -> Option<Vec<usize>> {
+    let members = |set: u32| (0..n).filter(move |i| (set >> i) & 1 == 1);
+    let decides = |set: &u32| {
+        let mut left = doubts.iter().filter(|doubt| doubt.among(|i| (set >> i) & 1 == 0)).peekable();
+        left.peek().is_some() && left.all(|doubt| !doubt.open)
+    };
+    let noise = |set: u32| {
+        let of = |i: usize| doubts.iter().filter(move |d| d.pair.0 == i || d.pair.1 == i).map(|d| d.visible);
+        members(set).flat_map(of).sum::<f64>()
+    };
+    let sets = (1..1_u32 << n).filter(|set| set.count_ones() as usize + 2 <= n).filter(decides);
+    let best = sets.min_by(|a, b| a.count_ones().cmp(&b.count_ones()).then(noise(*b).total_cmp(&noise(*a))))?;
+    Some(members(best).collect())
+}
+
+/// How many times as long the open comparisons among the integrators that are kept would take.
+fn longest(doubts: &[Doubt], kept: impl Fn(usize) -> bool) -> f64 {
+    let open = doubts.iter().filter(|doubt| doubt.open && doubt.among(&kept));
+    open.map(|doubt| doubt.longer).fold(0.0, f64::max)
+}
+
+/// What a decision takes, as an option: `None` if the run was long enough, and within that if nobody would wait for it.
+pub(super) fn needed(job: &Job, report: &Report) -> Option<Option<String>> {
+    report.longer.map(|longer| sensible(job, report, longer))
+}
+
+/// A run so many times as long, as an option; `None` beyond anybody's patience.
+fn sensible(job: &Job, report: &Report, longer: f64) -> Option<String> {
+    let spent: Duration = report.integrators.iter().map(|one| one.elapsed).sum();
+    match job.plan.budget {
+        Budget::Time(time) if longer * time.as_secs_f64() <= PATIENCE.as_secs_f64() => {
+            Some(format!("--time {}", flag(time.mul_f64(longer))))
+        }
+        Budget::Passes(passes)
+            if longer * f64::from(passes) < f64::from(1 << 24)
+                && longer * spent.as_secs_f64() <= PATIENCE.as_secs_f64() =>
+        {
+            Some(format!("--spp {:.0}", (longer * f64::from(passes)).ceil()))
+        }
+        _ => None,
+    }
 }
 
 /// The integrator that is in all of these pairs, if it is one.
@@ -195,6 +273,31 @@ fn flag(time: Duration) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    fn doubts(rows: &[(usize, usize, bool, f64)]) -> Vec<Doubt> {
+        let doubt = |&(a, b, open, visible)| Doubt { pair: (a, b), open, visible, longer: 100.0 * visible };
+        rows.iter().map(doubt).collect()
+    }
+
+    #[test]
+    fn the_noisiest_are_left_out_and_no_more_than_have_to() {
+        // Of four, 1 is noisy: whatever it is compared with.
+        let quiet = [(0, 2, false, 0.01), (0, 3, false, 0.01), (2, 3, false, 0.01)];
+        let one = doubts(&[&quiet[..], &[(0, 1, true, 0.1), (1, 2, true, 0.1), (1, 3, true, 0.1)]].concat());
+        assert_eq!(decided_without(4, &one), Some(vec![1]));
+        // One comparison is open: of its two, 3 is the noisier one elsewhere.
+        let rows = [(0, 1, false, 0.01), (0, 2, false, 0.01), (0, 3, false, 0.019), (1, 2, false, 0.01)];
+        let single = doubts(&[&rows[..], &[(1, 3, false, 0.019), (2, 3, true, 0.021)]].concat());
+        assert_eq!(decided_without(4, &single), Some(vec![3]));
+        // Two are too noisy.
+        let rows = [(0, 1, true, 0.1), (0, 2, false, 0.01), (0, 3, true, 0.3), (1, 2, true, 0.1), (1, 3, true, 0.3)];
+        let two = doubts(&[&rows[..], &[(2, 3, true, 0.3)]].concat());
+        assert_eq!(decided_without(4, &two), Some(vec![1, 3]));
+        assert_eq!((longest(&two, |_| true), longest(&two, |i| i != 3)), (30.0, 10.0));
+        // Of a single pair nothing can be left out, nor where nothing would be compared.
+        assert_eq!(decided_without(2, &doubts(&[(0, 1, true, 0.1)])), None);
+        assert_eq!(decided_without(3, &doubts(&[(0, 1, true, 0.1), (1, 2, true, 0.1), (0, 2, true, 0.1)])), None);
+    }
 
     #[test]
     fn numbers_read_well() {

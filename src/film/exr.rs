@@ -124,8 +124,9 @@ const REC_709: Chromaticities = Chromaticities {
     white: Vec2(0.3127, 0.3290),
 };
 
-/// Brings the attributes of a single-part file's header into alphabetical order. The exr crate keeps custom attributes
-/// in a hash map and writes them in another order each time; their total length, and so every offset in the file, stays.
+/// Brings the attributes of a single-part file's header into alphabetical order, and sets the flag for long names where
+/// there are any. The exr crate keeps custom attributes in a hash map and writes them in another order each time; their
+/// total length, and so every offset in the file, stays. It does not look at the names of channels for the flag.
 pub(super) fn sort_attributes(file: &mut [u8]) -> Option<()> {
     // Magic number and version, then (name \0 type \0 length value)… \0.
     const START: usize = 8;
@@ -141,7 +142,41 @@ pub(super) fn sort_attributes(file: &mut [u8]) -> Option<()> {
     }
     attributes.sort();
     file[START..at].copy_from_slice(&attributes.concat());
+    if has_long_names(file.get(START..at)?)? {
+        // Bit 10 of the version field (OpenEXR file layout, "Version Field").
+        file[5] |= mistake!(0x04, LongNamesUnmarked => 0);
+    }
     Some(())
+}
+
+/// Whether an attribute, its type or a channel has a name that only files with the flag for long names may have.
+fn has_long_names(mut attributes: &[u8]) -> Option<bool> {
+    const SHORT: usize = 31;
+    /// Pixel type, linearity and sampling after a channel's name.
+    const OF_A_CHANNEL: usize = 16;
+    fn text<'a>(bytes: &mut &'a [u8]) -> Option<&'a [u8]> {
+        let end = bytes.iter().position(|byte| *byte == 0)?;
+        let text = &bytes[..end];
+        *bytes = &bytes[end + 1..];
+        Some(text)
+    }
+    let mut long = false;
+    while !attributes.is_empty() {
+        let (name, kind) = (text(&mut attributes)?, text(&mut attributes)?);
+        let length = i32::from_le_bytes(*attributes.first_chunk::<4>()?);
+        let (mut value, rest) = attributes[4..].split_at_checked(usize::try_from(length).ok()?)?;
+        attributes = rest;
+        long |= name.len() > SHORT || kind.len() > SHORT;
+        while kind == b"chlist" {
+            let channel = text(&mut value)?;
+            if channel.is_empty() {
+                break;
+            }
+            long |= channel.len() > SHORT;
+            value = value.get(OF_A_CHANNEL..)?;
+        }
+    }
+    Some(long)
 }
 
 #[cfg(test)]
@@ -171,6 +206,22 @@ mod tests {
                 "hash maps have their own order each time"
             );
         }
+    }
+
+    #[test]
+    fn long_names_are_marked_and_short_ones_are_not() {
+        let (image, header) = example();
+        let marked = |layer: usize, attribute: usize| {
+            let mut header = header.clone();
+            header.attributes.push(("a".repeat(attribute - PREFIX.len()), "x".repeat(100)));
+            let layers = [("l".repeat(layer - ".R".len()), image.clone())];
+            let bytes = encode_exr(&image, None, &layers, &[], &header).unwrap();
+            let meta = ::exr::meta::MetaData::read_from_buffered(Cursor::new(&bytes[..]), false).unwrap();
+            assert_eq!(meta.headers[0].channels.list.len(), 6);
+            assert_eq!(bytes[4..8].iter().filter(|byte| **byte & !0x04 != 0).count(), 1, "the version alone");
+            bytes[5] == 0x04
+        };
+        assert_eq!([marked(31, 31), marked(32, 31), marked(31, 32), marked(255, 31)], [false, true, true, true]);
     }
 
     #[test]

@@ -265,10 +265,18 @@ impl Film {
         self.normalised(passes, |pixel| plane.value(pixel))
     }
 
+    /// Whether nothing has been added to any pixel. Such an image is dark or has missed all light there is: nobody
+    /// knows which.
+    pub fn is_black(&self) -> bool {
+        let sums = |pixel| self.halves.iter().flat_map(move |plane| [0, 1, 2].map(|channel| plane.sum(pixel, channel)));
+        (0..self.pixels()).flat_map(sums).all(|sum| sum == ExactSum::ZERO)
+    }
+
     /// The noise of [`Film::image`] as [`half_image_rel_mse`] of its halves; `None` unless `passes` is even and not
-    /// zero, since nothing is known about one pass and the halves of an odd number are not alike.
+    /// zero, since nothing is known about one pass and the halves of an odd number are not alike, and for an image that
+    /// [`is_black`](Film::is_black).
     pub fn noise(&self, passes: u32) -> Option<f64> {
-        let of_half = (passes.is_multiple_of(2) && passes > 0).then_some(passes / 2)?;
+        let of_half = (passes.is_multiple_of(2) && passes > 0 && !self.is_black()).then_some(passes / 2)?;
         Some(half_image_rel_mse(&self.half_image(Half::Even, of_half), &self.half_image(Half::Odd, of_half)))
     }
 

@@ -18,10 +18,10 @@ impl Film {
     /// their mean and Ī that of the whole image. ((A − B)/2)² has the expectation of the variance of I. Each pixel is compared with
     /// itself, so that the edge of a lamp does not count for all that is around it.
     pub fn tile_noise(&self, passes: u32) -> Option<f64> {
-        let of_half = (passes.is_multiple_of(2) && passes > 0).then_some(passes / 2)?;
+        let of_half = (passes.is_multiple_of(2) && passes > 0 && !self.is_black()).then_some(passes / 2)?;
         let [a, b] = [Half::Even, Half::Odd].map(|half| self.half_image(half, of_half));
         let sum = |rgb: Rgb| rgb.as_dvec3().element_sum();
-        // Nothing is as dark as black, in which there is no deviation either.
+        // Nothing is as dark as what is next to black, in which there is no deviation either.
         let dark = (DARK * (sum(a.mean()) + sum(b.mean())) / 6.0).max(f64::MIN_POSITIVE.sqrt());
         let mut noises = Vec::new();
         for (y0, x0) in tiles(a.height).flat_map(|y0| tiles(a.width).map(move |x0| (y0, x0))) {
@@ -81,9 +81,11 @@ mod tests {
     }
 
     #[test]
-    fn black_images_have_no_noise() {
+    fn nothing_is_known_of_black_images() {
         let sensor = Sensor { width: 5, height: 5, padding: 0 };
         let film = Film::new(sensor, Crop::full(sensor), Filter::Box, FixedPoint::with_exponent(-40));
-        assert_eq!(film.tile_noise(16), Some(0.0));
+        assert_eq!((film.tile_noise(16), film.noise(16), film.is_black()), (None, None, true));
+        film.deposit(Raster(Vec2::splat(2.5)), Rgb::new(0.0, 0.0, 1.0), Half::Odd);
+        assert!(film.noise(16).is_some_and(|noise| noise > 0.0) && !film.is_black());
     }
 }

@@ -18,6 +18,9 @@ use crate::scene::{geometry::Attributes, material::Maps};
 ///
 /// Tangents without normals are left out: they belong to normals that the file does not say
 /// (glTF 2.0 specification, 3.7.2.1). So are colours that are white everywhere.
+///
+/// Texture coordinates and colours that are not finite are refused, since nothing else says what they should be.
+/// Tangents are not looked at: they can be made anew.
 pub(super) fn read(
     accessors: Accessors<'_>,
     primitive: &Primitive,
@@ -57,6 +60,10 @@ pub(super) fn read(
     if let Some(index) = find(Semantic::Colors(0))? {
         let colors = accessors.colors(index)?;
         finite(&colors, |color| color.is_finite(), index)?;
+        let beyond = colors.iter().filter(|color| **color != color.clamp(Vec4::ZERO, Vec4::ONE)).count();
+        if beyond > 0 {
+            warnings.push(format!("{at}: {beyond} vertex colours lie outside of [0, 1], and are cut to it"));
+        }
         if colors.iter().any(|color| *color != Vec4::ONE) {
             let unit = |c: f32| (c.clamp(0.0, 1.0) * 65535.0).round() as u16;
             attributes.colors = colors.iter().map(|color| color.to_array().map(unit)).collect();
@@ -67,7 +74,6 @@ pub(super) fn read(
         && let Some(index) = find(Semantic::Tangents)?
     {
         attributes.tangents = accessors.vec4(index)?;
-        finite(&attributes.tangents, |tangent| tangent.is_finite(), index)?;
     }
     Ok(attributes)
 }

@@ -1,17 +1,18 @@
 //! Reading environment maps: equirectangular Radiance (`.hdr`) and OpenEXR (`.exr`) files.
 //!
-//! The first bytes say which of the two a file is, not its name. Colours are taken as linear Rec. 709, radiance in the units of
-//! the scene. [`EnvironmentMap`] states where the map's middle, top and edges are.
+//! The first bytes say which of the two a file is, not its name. Colours are linear Rec. 709 unless the file says
+//! otherwise, and are converted then; radiance is in the units of the scene. [`EnvironmentMap`] states where the map's
+//! middle, top and edges are.
 
-use std::{io::Cursor, path::Path};
-
-use image::{ImageDecoder, codecs::hdr::HdrDecoder};
+use std::path::Path;
 
 use super::{
     buffer::{self, Hash},
     error::one_line,
     limits::Limits,
-    openexr::{Picture, Refusal, check_size, openexr, refuse_parts},
+    openexr::{Picture, Refusal, openexr, refuse_parts},
+    primaries::Colors,
+    radiance::radiance,
 };
 use crate::{
     math::Rgb,
@@ -150,7 +151,8 @@ pub fn read_environment(
     Ok(LoadedEnvironment { map, hash: hash.hex(), warnings })
 }
 
-/// Sharpening filters leave channels a little below zero; they count as zero, and a sentence says so.
+/// Sharpening filters leave channels a little below zero, and Rec. 709 has none of some colours of wider gamuts; such
+/// channels count as zero, and a sentence says so.
 fn without_negatives(picture: &mut Picture) -> Option<String> {
     let negative = |texel: &Rgb| texel.to_array().iter().any(|c| *c < 0.0 && c.is_finite());
     let first = picture.texels.iter().position(negative)?;
@@ -161,28 +163,12 @@ fn without_negatives(picture: &mut Picture) -> Option<String> {
         count += 1;
         *texel = texel.map(|c| if c < 0.0 && c.is_finite() { 0.0 } else { c });
     }
+    let why = match picture.colors {
+        Colors::Rec709 => "",
+        Colors::Other(_) => " after conversion to Rec. 709, whose gamut is smaller than the file's",
+    };
     Some(format!(
-        "{count} pixels of the environment map have negative channels, which count as zero (the first is {value} in column \
-         {x}, row {y})"
+        "{count} pixels of the environment map have negative channels{why}; these count as zero (the first is {value} in \
+         column {x}, row {y})"
     ))
-}
-
-fn radiance(bytes: &[u8], limit: u64, warnings: &mut Vec<String>) -> Result<Picture, Refusal> {
-    let damaged =
-        |error: image::ImageError| Refusal::Damaged(format!("its Radiance picture cannot be decoded ({error})"));
-    // Strictness would insist on one of the signatures in use.
-    let decoder = HdrDecoder::new_nonstrict(Cursor::new(bytes)).map_err(damaged)?;
-    let meta = decoder.metadata();
-    let (width, height) = check_size(meta.width as usize, meta.height as usize, limit)?;
-    if let Some(exposure) = meta.exposure.filter(|e| *e != 1.0) {
-        warnings.push(format!(
-            "the environment map states an exposure of {exposure}, which is not undone (--env-scale {} would)",
-            exposure.recip()
-        ));
-    }
-    let mut raw = vec![0; width * height * size_of::<[f32; 3]>()];
-    decoder.read_image(&mut raw).map_err(damaged)?;
-    let channel = |bytes: &[u8]| f32::from_ne_bytes([bytes[0], bytes[1], bytes[2], bytes[3]]);
-    let texels = raw.chunks_exact(12).map(|t| Rgb::new(channel(t), channel(&t[4..]), channel(&t[8..]))).collect();
-    Ok(Picture { width, texels })
 }

@@ -85,7 +85,7 @@ pub(super) fn outshone(loaded: &Loaded, lit: impl Fn(MaterialId) -> bool) -> Opt
         PunctualLight::Directional { irradiance, .. } => luminance(*irradiance),
     };
     let reflected = loaded.lights.iter().map(irradiance).sum::<f32>() * FRAC_1_PI;
-    let emission = |id: MaterialId| luminance(loaded.materials[id.0 as usize].emission);
+    let emission = |id: MaterialId| luminance(loaded.materials[id.0 as usize].brightest());
     let emits = |id: MaterialId| loaded.materials[id.0 as usize].emits() && lit(id);
     let emitters = loaded.geometry.with_material(&emits).map(|primitive| loaded.geometry.material(primitive));
     let id = emitters.max_by(|a, b| emission(*a).total_cmp(&emission(*b)))?;

@@ -1,15 +1,19 @@
 //! glTF materials as [`Material`]s: factors brought into their range, and their textures. Which BSDF they make stands at
 //! [`Parameters::bsdf`].
 //!
-//! Two textures are not read. Occlusion is what a path tracer computes: painted on top it would count twice. Thickness stands in
-//! for the back of a volume where nothing is traced through it; here the mesh itself bounds the volume.
+//! Wherever a decision needs a parameter, it takes the factor times its texture, never the factor alone: a texture of
+//! one value is the same as that value in the factor.
+//!
+//! Occlusion textures are not read: occlusion is what a path tracer computes, and painted on top it would count twice.
+//! Thickness stands in for the back of a volume where nothing is traced through it; here the mesh itself bounds the
+//! volume, and all that is read of a thickness and its texture is whether there is any.
 //!
 //! `KHR_materials_unlit` becomes a black surface that emits its base colour, in radiance 1 for white, to both sides.
 //!
 //! `alphaMode` and the base colour's alpha are [`Coverage`], of whatever scatters there: a pane with alphaMode BLEND is there
 //! in part and transmits where it is there. An OPAQUE material ignores alpha.
 
-use std::collections::BTreeMap;
+use std::{collections::BTreeMap, fmt};
 
 use glam::Vec3;
 use gltf_json::{
@@ -70,8 +74,9 @@ impl Read {
 
     fn on(&self, vertex_colors: VertexColors) -> Material {
         let maps = Maps { vertex_colors, ..self.maps.clone() };
-        let holes = maps.base_color.as_ref().is_some_and(|texture| texture.image.has_alpha());
-        let whole = !holes && vertex_colors == VertexColors::Nothing && self.coverage.alpha(1.0) == 1.0;
+        let holed = |texture: &&Texture| self.coverage != Coverage::Opaque && texture.image.has_alpha();
+        let thinnest = maps.base_color.as_ref().filter(holed).map_or(1.0, |texture| texture.extremes()[0].w);
+        let whole = vertex_colors == VertexColors::Nothing && self.coverage.alpha(thinnest) == 1.0;
         let mut material = if maps.vary() {
             Material::varying(&self.name, maps)
         } else {
@@ -123,8 +128,7 @@ impl Reader<'_, '_> {
         let pbr = &m.pbr_metallic_roughness;
         let ext = m.extensions.as_ref();
         let volume = ext.and_then(|e| e.volume.as_ref());
-        let factors = self.factors(m)?;
-        let mut maps = Maps::new(factors);
+        let mut maps = Maps::new(self.factors(m)?);
         let (color, data) = (Encoding::Srgb, Encoding::Linear);
         let base = "pbrMetallicRoughness";
         maps.base_color = self.texture(pbr.base_color_texture.as_ref(), color, &format!("{base}/baseColorTexture"))?;
@@ -150,10 +154,17 @@ impl Reader<'_, '_> {
         let strength = ext.and_then(|e| e.emissive_strength.as_ref()).map_or(1.0, |e| e.emissive_strength.0);
         let emission = Vec3::from(m.emissive_factor.0) * strength;
         let mut emission = self.color("emissiveFactor", emission, f32::MAX)?;
-        if emission.max_element() > BRIGHTEST {
-            let what = format!("the emission is {:e} nit, and {BRIGHTEST:e} is the limit", emission.max_element());
+        let brightest = maps.emission.as_ref().map_or(Vec3::ONE, |texture| texture.extremes()[1].truncate());
+        let brightest = (emission * brightest).max_element();
+        if brightest > BRIGHTEST {
+            let what = format!("the emission is {brightest:e} nit, and {BRIGHTEST:e} is the limit");
             return Err(Fault::invalid(format!("{}/emissiveFactor", self.at), what));
         }
+        let unlit = ext.is_some_and(|e| e.others.contains_key("KHR_materials_unlit"));
+        if !unlit {
+            maps.factors.boundary = self.boundary(m, &maps)?;
+        }
+        let factors = maps.factors;
         let mut absorption = Rgb::ZERO;
         if let Some(volume) = volume.filter(|_| factors.boundary == Boundary::Volume) {
             let color = Vec3::from(volume.attenuation_color.0);
@@ -162,13 +173,12 @@ impl Reader<'_, '_> {
         let back_faces = if m.double_sided { BackFaces::Drawn } else { BackFaces::Culled };
         let mut emission_sides = if m.double_sided { EmissionSides::Both } else { EmissionSides::Front };
         let coverage = self.coverage(m)?;
-        let unlit = ext.is_some_and(|e| e.others.contains_key("KHR_materials_unlit"));
         if unlit {
             emission = factors.base_color;
             emission_sides = EmissionSides::Both;
             let black = Parameters { base_color: Rgb::ZERO, specular: 0.0, metallic: 0.0, ..factors };
             let shown = maps.base_color;
-            maps = Maps::new(Parameters { boundary: Boundary::Opaque, ..black });
+            maps = Maps::new(black);
             (maps.base_color, maps.emission) = (shown.clone(), shown);
         }
         Ok(Read { name: self.name.clone(), maps, coverage, emission, emission_sides, back_faces, absorption, unlit })
@@ -179,7 +189,6 @@ impl Reader<'_, '_> {
         let ext = m.extensions.as_ref();
         let specular = ext.and_then(|e| e.specular.as_ref());
         let transmission = ext.and_then(|e| e.transmission.as_ref()).map_or(0.0, |t| t.transmission_factor.0);
-        let volume = ext.and_then(|e| e.volume.as_ref());
         let ior = ext.and_then(|e| e.ior.as_ref()).map_or(1.5, |i| i.ior.0);
 
         let base_color = self.color("baseColorFactor", Vec3::from_slice(&pbr.base_color_factor.0), 1.0)?;
@@ -189,29 +198,9 @@ impl Reader<'_, '_> {
         let weight = self.number("specularFactor", specular.map_or(1.0, |s| s.specular_factor.0), 0.0, 1.0)?;
         let tint = Vec3::from(specular.map_or([1.0; 3], |s| s.specular_color_factor.0));
         let specular_color = self.color("specularColorFactor", tint, f32::MAX)?;
-        let thickness = self.number("thicknessFactor", volume.map_or(0.0, |v| v.thickness_factor.0), 0.0, f32::MAX)?;
         // 0 stands for an infinite index: a surface that reflects everything (KHR_materials_ior, "ior = 0").
         let ior = if ior == 0.0 { 0.0 } else { self.number("ior", ior, 1.0, f32::MAX)? };
 
-        let mut transmits = transmission > 0.0 && ior > 0.0 && metallic < 1.0;
-        let name = quoted(&self.name);
-        if transmits && pbr.metallic_roughness_texture.is_some() && metallic > 0.0 {
-            self.warnings.push(format!("material {name} transmits where its texture makes it less than half metal"));
-        } else if transmits && metallic > 0.0 {
-            transmits = metallic < 0.5;
-            let taken = if transmits { "glass" } else { "metal" };
-            self.warnings.push(format!("material {name} lies between metal and glass: taken as {taken}"));
-        }
-        if transmits && specular.is_some_and(|_| weight != 1.0 || tint != Vec3::ONE) {
-            self.warnings.push(format!(
-                "material {name} transmits: its KHR_materials_specular factors are not applied, its index of refraction is"
-            ));
-        }
-        let boundary = match (transmits, thickness > 0.0) {
-            (false, _) => Boundary::Opaque,
-            (true, false) => Boundary::Thin,
-            (true, true) => Boundary::Volume,
-        };
         Ok(Parameters {
             base_color,
             metallic,
@@ -220,8 +209,42 @@ impl Reader<'_, '_> {
             specular: weight,
             specular_color,
             ior,
-            boundary,
+            boundary: Boundary::Opaque,
         })
+    }
+
+    /// What lies behind the surface: whether light gets through it anywhere, and what thickness it then has.
+    fn boundary(&mut self, m: &Source, maps: &Maps) -> Result<Boundary, Fault> {
+        let ext = m.extensions.as_ref();
+        let volume = ext.and_then(|e| e.volume.as_ref());
+        let thickness = self.number("thicknessFactor", volume.map_or(0.0, |v| v.thickness_factor.0), 0.0, f32::MAX)?;
+        let p = maps.factors;
+        if p.transmission * extremes(maps.transmission.as_ref(), RED)[1] == 0.0 || p.ior == 0.0 {
+            return Ok(Boundary::Opaque);
+        }
+        let [least, most] = extremes(maps.metallic_roughness.as_ref(), BLUE)
+            .map(|texel| mistake!(p.metallic * texel, FactorBeforeTexture => p.metallic));
+        let name = quoted(&self.name);
+        if least < 0.5 && most >= 0.5 {
+            self.warnings.push(format!("material {name} transmits where its texture makes it less than half metal"));
+        } else if most > 0.0 && least < 1.0 {
+            let taken = if least < 0.5 { "glass" } else { "metal" };
+            self.warnings.push(format!("material {name} lies between metal and glass: taken as {taken}"));
+        }
+        if least >= 0.5 {
+            return Ok(Boundary::Opaque);
+        }
+        let tinted = p.specular != 1.0 || p.specular_color != Vec3::ONE;
+        if tinted || maps.specular.is_some() || maps.specular_color.is_some() {
+            self.warnings.push(format!(
+                "material {name} transmits: KHR_materials_specular is not applied to it, its index of refraction is"
+            ));
+        }
+        let texture = volume.and_then(|v| v.thickness_texture.as_ref()).filter(|_| thickness > 0.0);
+        let at = "extensions/KHR_materials_volume/thicknessTexture";
+        let texture = self.texture(texture, Encoding::Linear, at)?;
+        let thick = thickness * extremes(texture.as_ref(), GREEN)[1] > 0.0;
+        Ok(if thick { Boundary::Volume } else { Boundary::Thin })
     }
 
     fn texture<'i>(
@@ -263,7 +286,15 @@ impl Reader<'_, '_> {
     /// σ_a = −ln(attenuationColor) / attenuationDistance (KHR_materials_volume).
     fn absorption(&mut self, color: Vec3, distance: f32) -> Result<Rgb, Fault> {
         let color = self.color("attenuationColor", color, 1.0)?;
-        // NaN cannot be written in JSON; zero and negative distances can.
+        // Exporters write 0 for "no absorption"; NaN and infinity cannot be written in JSON.
+        if distance <= 0.0 {
+            let name = quoted(&self.name);
+            self.warnings.push(format!(
+                "material {name}: attenuationDistance {} counts as infinite: its volume absorbs nothing",
+                Short(distance)
+            ));
+            return Ok(Rgb::ZERO);
+        }
         let distance = self.number("attenuationDistance", distance.min(f32::MAX), f32::MIN_POSITIVE, f32::MAX)?;
         let absorption = color.max(Vec3::splat(DARKEST)).map(|c| -c.ln() / distance);
         // −0 from a white colour, and the infinity that a tiny distance makes of anything else.
@@ -276,7 +307,8 @@ impl Reader<'_, '_> {
         }
         let clamped = value.clamp(min, max);
         if clamped != value {
-            self.warnings.push(format!("material {}: {what} {value} is taken as {clamped}", quoted(&self.name)));
+            let (name, value, clamped) = (quoted(&self.name), Short(value), Short(clamped));
+            self.warnings.push(format!("material {name}: {what} {value} is taken as {clamped}"));
         }
         Ok(clamped)
     }
@@ -290,6 +322,28 @@ impl Reader<'_, '_> {
     }
 }
 
+/// Channels of a texel.
+const RED: usize = 0;
+const GREEN: usize = 1;
+const BLUE: usize = 2;
+
+/// The least and the greatest by which a texture multiplies its factor.
+fn extremes(texture: Option<&Texture>, channel: usize) -> [f32; 2] {
+    texture.map_or([1.0; 2], |texture| texture.extremes().map(|texel| texel[channel]))
+}
+
+/// A number in as few characters as it needs.
+struct Short(f32);
+
+impl fmt::Display for Short {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self.0.abs() {
+            0.0 | 1e-4..1e6 => write!(f, "{}", self.0),
+            _ => write!(f, "{:e}", self.0),
+        }
+    }
+}
+
 /// What the material asks for and this version leaves out.
 fn unread(m: &Source) -> Vec<&'static str> {
     let ext = m.extensions.as_ref();
@@ -298,7 +352,7 @@ fn unread(m: &Source) -> Vec<&'static str> {
         is(m.occlusion_texture.is_some(), "occlusion textures are ignored: occlusion is computed, not painted"),
         is(
             ext.and_then(|e| e.volume.as_ref()).is_some_and(|v| v.thickness_texture.is_some()),
-            "thickness textures are ignored: the mesh itself bounds the volume",
+            "thickness textures say only whether there is a volume: the mesh itself bounds it",
         ),
     ]
     .into_iter()

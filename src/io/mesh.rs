@@ -1,6 +1,6 @@
 //! Meshes: primitives as indexed triangles, and their placement in world space.
 
-use glam::{DMat3, Vec3};
+use glam::{DMat3, Vec3, Vec4};
 use gltf_json::{
     Index, Root,
     mesh::{Mode, Primitive, Semantic},
@@ -122,6 +122,7 @@ fn part(
     let mut attributes = attribute::read(accessors, primitive, positions.len(), maps, at, warnings)?;
     if !attributes.tangents.is_empty() {
         pose::morph_tangents(accessors, primitive, weights, &mut attributes.tangents, at)?;
+        drop_unusable(&mut attributes.tangents, &triangles, at, warnings);
     }
     let mut part = Part { positions, normals, attributes, triangles, influences, material };
     if let Some(normal) = &maps.normal
@@ -186,6 +187,24 @@ fn mend(normals: &mut [Vec3], positions: &[Vec3], triangles: &[[u32; 3]], at: &s
     }
     if mended > 0 {
         warnings.push(format!("{at}: {mended} normals have no direction and were taken from the triangles"));
+    }
+}
+
+/// Drops tangents of which some say no direction or no handedness: all of them, since only all together can be made
+/// anew.
+fn drop_unusable(tangents: &mut Vec<Vec4>, triangles: &[[u32; 3]], at: &str, warnings: &mut Vec<String>) {
+    let direction = |t: Vec4| (1e-12..f32::INFINITY).contains(&t.truncate().length_squared());
+    let usable = |t: Vec4| direction(t) && t.w.is_finite() && t.w != 0.0;
+    let mut used = vec![false; tangents.len()];
+    triangles.as_flattened().iter().for_each(|&i| used[i as usize] = true);
+    let bad = tangents.iter().zip(&used).filter(|&(&t, &used)| used && !usable(t)).count();
+    if bad > 0 {
+        warnings
+            .push(format!("{at}: {bad} tangents have no direction: all are made anew from the texture coordinates"));
+        tangents.clear();
+    } else {
+        // Those of no triangle are never looked at.
+        tangents.iter_mut().filter(|t| !t.is_finite()).for_each(|t| *t = Vec4::ZERO);
     }
 }
 

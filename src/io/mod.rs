@@ -56,6 +56,8 @@ mod mesh;
 mod node;
 mod openexr;
 mod pose;
+mod primaries;
+mod radiance;
 mod scenes;
 mod tangent;
 mod texture;

@@ -1,16 +1,27 @@
-//! Reading OpenEXR images: the channels R, G and B of the first part that has them.
+//! Reading OpenEXR images: the channels R, G and B of the first part that has them, as linear Rec. 709 whatever
+//! `chromaticities` the file states.
 
 use std::{io::Cursor, path::Path};
 
-use exr::prelude::{MetaData, ReadChannels, ReadLayers, read};
+use exr::{
+    meta::attribute::Chromaticities,
+    prelude::{MetaData, ReadChannels, ReadLayers, read},
+};
 
-use super::{buffer, error::one_line, limits::Limits};
+use super::{
+    buffer,
+    error::one_line,
+    limits::Limits,
+    primaries::{Colors, Primaries},
+};
 use crate::{film::Image, math::Rgb};
 
 /// The pixels of a file, row by row from the top.
 pub(super) struct Picture {
     pub(super) width: usize,
     pub(super) texels: Vec<Rgb>,
+    /// What the texels were before they were taken to Rec. 709.
+    pub(super) colors: Colors,
 }
 
 /// Why a file could not be decoded.
@@ -27,10 +38,13 @@ pub struct ImageError {
     what: String,
 }
 
-/// Reads the channels R, G and B of an OpenEXR file, as they are: its data window, without the display window around it.
+/// Reads the channels R, G and B of an OpenEXR file: its data window, without the display window around it. A file with
+/// other `chromaticities` than those of Rec. 709 is converted, and colours outside of that gamut have negative channels
+/// then.
 ///
 /// # Errors
-/// If it is no such file, is larger than `limits` allow (`file-bytes`, `texels`), or has a channel that is not finite.
+/// If it is no such file, is larger than `limits` allow (`file-bytes`, `texels`), has a channel that is not finite, or
+/// `chromaticities` that are none.
 pub fn read_image(limits: &Limits, path: &Path) -> Result<Image, ImageError> {
     let refuse = |what: String| ImageError { file: one_line(&path.display().to_string()), what: one_line(&what) };
     let bytes = buffer::file(path, limits.file_bytes).map_err(refuse)?;
@@ -66,7 +80,9 @@ pub fn read_halves(limits: &Limits, path: &Path) -> Result<Option<[Image; 2]>, I
         }
     }
     let layers = read().no_deep_data().largest_resolution_level().all_channels().first_valid_layer().all_attributes();
-    let layer = layers.from_buffered(Cursor::new(&bytes[..])).map_err(decode)?.layer_data;
+    let image = layers.from_buffered(Cursor::new(&bytes[..])).map_err(decode)?;
+    let colors = colors(image.attributes.chromaticities).map_err(refuse)?;
+    let layer = image.layer_data;
     let (width, height) = (layer.size.width() as u32, layer.size.height() as u32);
     let channel = |name: String| {
         let found = layer.channel_data.list.iter().find(|c| c.name.to_string() == name)?;
@@ -75,7 +91,8 @@ pub fn read_halves(limits: &Limits, path: &Path) -> Result<Option<[Image; 2]>, I
     let half = |name: &str| {
         let [r, g, b] = ["R", "G", "B"].map(|letter| channel(format!("{name}.{letter}")));
         let (r, g, b) = (r?, g?, b?);
-        let pixels = r.into_iter().zip(g).zip(b).map(|((r, g), b)| Rgb::new(r, g, b)).collect();
+        let mut pixels: Vec<_> = r.into_iter().zip(g).zip(b).map(|((r, g), b)| Rgb::new(r, g, b)).collect();
+        colors.convert(&mut pixels);
         Some(Image { width, height, pixels })
     };
     let halves = half("even").zip(half("odd")).map(|(even, odd)| [even, odd]);
@@ -120,6 +137,7 @@ pub(super) fn openexr(bytes: &[u8], limit: u64) -> Result<Picture, Refusal> {
     let create = |size: exr::math::Vec2<usize>, _: &_| Picture {
         width: size.width(),
         texels: vec![Rgb::ZERO; size.width() * size.height()],
+        colors: Colors::Rec709,
     };
     let set = |picture: &mut Picture, at: exr::math::Vec2<usize>, (r, g, b): (f32, f32, f32)| {
         picture.texels[at.y() * picture.width + at.x()] = Rgb::new(r, g, b);
@@ -132,7 +150,19 @@ pub(super) fn openexr(bytes: &[u8], limit: u64) -> Result<Picture, Refusal> {
         .all_attributes()
         .from_buffered(Cursor::new(bytes))
         .map_err(|error| damaged(&error))?;
-    Ok(image.layer_data.channel_data.pixels)
+    let mut picture = image.layer_data.channel_data.pixels;
+    let colors = colors(image.attributes.chromaticities).map_err(Refusal::Damaged)?;
+    colors.convert(&mut picture.texels);
+    Ok(Picture { colors, ..picture })
+}
+
+/// What the channels are; without the attribute, Rec. 709 (OpenEXR's "Standard Optional Attributes").
+fn colors(stated: Option<Chromaticities>) -> Result<Colors, String> {
+    let Some(Chromaticities { red, green, blue, white }) = stated else { return Ok(Colors::Rec709) };
+    let [r, g, b, w] = [red, green, blue, white].map(|c| [f64::from(c.x()), f64::from(c.y())]);
+    let primaries = Primaries::of([r[0], r[1], g[0], g[1], b[0], b[1], w[0], w[1]]);
+    let refuse = |why| format!("its chromaticities cannot be used: {why}");
+    primaries.to_rec_709().map_err(refuse)
 }
 
 /// Refuses no pixels, and more than `limit`.

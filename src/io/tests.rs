@@ -3,6 +3,7 @@
 mod corpus;
 mod environment;
 mod errors;
+mod factors;
 mod instancing;
 mod pose;
 mod reading;

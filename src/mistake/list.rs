@@ -76,11 +76,13 @@ mistakes! {
     ConstantOffset "constant-offset" "Rays start a constant distance off their surface.";
     TangentNotMirrored "tangent-not-mirrored" "A mirrored surface keeps the handedness of its tangents.";
     TextureTurnedBackwards "texture-turned-backwards" "A texture's transform turns it the wrong way.";
+    FactorBeforeTexture "factor-before-texture" "What transmits is decided by the metallic factor without its texture.";
     SrgbUndecoded "srgb-undecoded" "8-bit colours are taken as linear.";
     PaddingForgotten "padding-forgotten" "Camera subpaths are counted without those of the padding.";
     PaddingSplats "padding-splats" "Light subpaths of the padding count among those that splat.";
     ResidueLost "residue-lost" "Deposits that are no multiples of the film's quantum are left out.";
     CarryLost "carry-lost" "What a word of the film loses when it wraps around is lost.";
+    LongNamesUnmarked "long-names-unmarked" "OpenEXR files do not say that they have long names.";
     FilterOffCentre "filter-off-centre" "A filter is centred on the pixel's corner.";
     HalvesByPairs "halves-by-pairs" "Passes go to the half images two by two.";
     CropShiftsNumbers "crop-shifts-numbers" "Random numbers follow the place in the crop.";

@@ -345,10 +345,15 @@ impl Material {
         }
     }
 
-    /// Whether it emits anything: its factor is not black, and neither is all of its emissive texture.
+    /// Whether it emits anything: in some channel neither its factor nor all of its emissive texture is 0.
     pub fn emits(&self) -> bool {
+        self.brightest() != Rgb::ZERO
+    }
+
+    /// A bound on the emitted radiance in each channel: the factor times the greatest texel.
+    pub fn brightest(&self) -> Rgb {
         let texture = self.maps.as_ref().and_then(|maps| maps.emission.as_ref());
-        self.emission != Rgb::ZERO && texture.is_none_or(|texture| !texture.image.is_black())
+        texture.map_or(self.emission, |texture| self.emission * texture.extremes()[1].xyz())
     }
 
     /// The index of refraction of the volume that its surfaces bound; `None` if there is no volume.

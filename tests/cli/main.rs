@@ -1,5 +1,6 @@
 //! The program as a person or a script meets it: exit codes, sentences, files.
 
+mod black;
 mod checkpoints;
 mod compare;
 mod converge;
@@ -10,6 +11,7 @@ mod interruption;
 mod layers;
 mod lecture;
 mod malformed;
+mod openexr;
 mod render;
 mod shards;
 mod statistics;

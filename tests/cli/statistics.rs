@@ -45,7 +45,7 @@ fn progress_as_json_has_stable_keys() {
     assert_eq!(keys(&events[1]), progress);
     assert!(events[1]["fraction"].as_f64().unwrap() > 0.2 && events[1]["spp"].as_u64().unwrap() > 0);
     let end = &events[names.len() - 1];
-    assert_eq!(keys(end), ["checkpoint", "elapsed", "event", "exit", "files", "noise", "outcome", "spp"]);
+    assert_eq!(keys(end), ["black", "checkpoint", "elapsed", "event", "exit", "files", "noise", "outcome", "spp"]);
     assert_eq!((&end["files"][0], &end["checkpoint"], &end["exit"]), (&"a.png".into(), &"k.exr".into(), &0.into()));
 }
 

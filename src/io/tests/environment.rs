@@ -67,6 +67,106 @@ fn both_formats_hold_the_same_map() {
     }
 }
 
+/// A Radiance file of one colour whose header has these lines.
+fn radiance_with(lines: &str, rgbe: [u8; 4]) -> Vec<u8> {
+    let file = radiance_file(8, 4, rgbe, (0, 0, rgbe));
+    let rest = file.iter().position(|byte| *byte == b'\n').unwrap();
+    [b"#?RADIANCE\n", lines.as_bytes(), &file[rest..]].concat()
+}
+
+/// An OpenEXR file of one colour that states these chromaticities.
+fn openexr_with(colour: Rgb, [rx, ry, gx, gy, bx, by, wx, wy]: [f32; 8]) -> Vec<u8> {
+    use exr::{image::Image, math::Vec2, meta::attribute::Chromaticities};
+    let channels = exr::image::SpecificChannels::rgb(|_: Vec2<usize>| (colour.x, colour.y, colour.z));
+    let mut image = Image::from_channels((8, 4), channels);
+    image.attributes.chromaticities =
+        Some(Chromaticities { red: Vec2(rx, ry), green: Vec2(gx, gy), blue: Vec2(bx, by), white: Vec2(wx, wy) });
+    let mut file = Cursor::new(Vec::new());
+    image.write().to_buffered(&mut file).unwrap();
+    file.into_inner()
+}
+
+const REC_2020: [f32; 8] = [0.708, 0.292, 0.170, 0.797, 0.131, 0.046, 0.3127, 0.3290];
+
+/// What a map of one colour holds.
+fn only_colour(file: &[u8]) -> (Rgb, Vec<String>) {
+    let loaded = read(file).unwrap_or_else(|error| panic!("{error}"));
+    (loaded.map.radiance(middle(3, 2, 8, 4)), loaded.warnings)
+}
+
+#[test]
+fn primaries_are_honoured() {
+    // (0.1, 0.8, 0.2) of Rec. 709 in Rec. 2020 (ITU-R BT.2087-0, annex 2), and D65's XYZ.
+    let green = Rgb::new(0.334_6, 0.744_9, 0.251_2);
+    let (found, said) = only_colour(&openexr_with(green, REC_2020));
+    assert!((found - Rgb::new(0.1, 0.8, 0.2)).abs().max_element() < 1e-3 && said.is_empty(), "{found}, {said:?}");
+    let xyz = [1.0, 0.0, 0.0, 1.0, 0.0, 0.0, 1.0 / 3.0, 1.0 / 3.0];
+    let (found, said) = only_colour(&openexr_with(Rgb::new(0.950_456, 1.0, 1.089_058), xyz));
+    assert!((found - Rgb::ONE).abs().max_element() < 2e-3 && said.is_empty(), "{found}, {said:?}");
+    let rec_709 = [0.64, 0.33, 0.30, 0.60, 0.15, 0.06, 0.3127, 0.3290];
+    assert_eq!(only_colour(&openexr_with(green, rec_709)), (green, vec![]));
+
+    // 86, 191 and 64 in 256: the same green in the eight bits of a Radiance file.
+    let primaries = "PRIMARIES=0.708 0.292 0.170 0.797 0.131 0.046 0.3127 0.3290";
+    let (found, said) = only_colour(&radiance_with(primaries, [86, 191, 64, 128]));
+    assert!((found - Rgb::new(0.1, 0.8, 0.2)).abs().max_element() < 0.01 && said.is_empty(), "{found}, {said:?}");
+    let file = radiance_with("SOFTWARE=any", [122, 128, 139, 129]);
+    let text = String::from_utf8_lossy(&file);
+    assert!(text.contains("_rgbe"));
+    let at = file.windows(5).position(|w| w == b"_rgbe").unwrap();
+    let file = [&file[..at], b"_xyze", &file[at + 5..]].concat();
+    let (found, said) = only_colour(&file);
+    assert!((found - Rgb::ONE).abs().max_element() < 0.02 && said.is_empty(), "{found}, {said:?}");
+}
+
+#[test]
+fn corrections_are_undone() {
+    // 0.5, 0.25 and 0.125.
+    let stored = [128, 64, 32, 128];
+    let cases = [
+        ("COLORCORR=2.0 1.0 0.5", Rgb::new(0.25, 0.25, 0.25)),
+        ("COLORCORR=2 1 1\nCOLORCORR=1 2 1", Rgb::new(0.25, 0.125, 0.125)),
+        ("GAMMA=2", Rgb::new(0.25, 0.0625, 0.015_625)),
+        ("GAMMA=2\nCOLORCORR=0.5 1 1", Rgb::new(0.5, 0.0625, 0.015_625)),
+        ("GAMMA=1\nPRIMARIES=0 0 0 0 0 0 0 0", Rgb::new(0.5, 0.25, 0.125)),
+        ("GAMMA=1.0\nSOFTWARE=whatever=1", Rgb::new(0.5, 0.25, 0.125)),
+    ];
+    for (lines, expected) in cases {
+        let (found, said) = only_colour(&radiance_with(lines, stored));
+        assert!((found - expected).abs().max_element() < 1e-5 && said.is_empty(), "{lines}: {found}, {said:?}");
+    }
+    let (found, said) = only_colour(&radiance_with("EXPOSURE=2\nEXPOSURE=2", stored));
+    assert!(found == Rgb::new(0.5, 0.25, 0.125) && said[0].contains("--env-scale 0.25"), "{found}, {said:?}");
+}
+
+#[test]
+fn colours_that_rec_709_lacks_are_counted() {
+    let (found, said) = only_colour(&openexr_with(Rgb::new(0.0, 1.0, 0.0), REC_2020));
+    assert!(found.min_element() == 0.0 && found.y > 1.0, "{found}");
+    assert!(said.len() == 1 && said[0].contains("32 pixels") && said[0].contains("gamut"), "{said:?}");
+}
+
+#[test]
+fn headers_that_say_nothing_usable_are_refused() {
+    let chromaticities = openexr_with(Rgb::ONE, [0.64, 0.33, 0.64, 0.33, 0.15, 0.06, 0.3127, 0.3290]);
+    let radiance = |lines| radiance_with(lines, [1, 1, 1, 128]);
+    let cases = [
+        (chromaticities, "chromaticities cannot be used"),
+        (radiance("PRIMARIES=0.64 0.33"), "“PRIMARIES=0.64 0.33” cannot be used: it has eight numbers"),
+        (radiance("PRIMARIES=0.6 0.3 0.6 0.3 0.1 0.1 0.3 0.3"), "cannot be used: its primaries"),
+        (radiance("COLORCORR=1 1"), "three positive numbers"),
+        (radiance("COLORCORR=0 1 1"), "three positive numbers"),
+        (radiance("GAMMA=-2.2"), "positive"),
+        (radiance("GAMMA=nan"), "positive"),
+        (radiance("EXPOSURE=bright"), "positive"),
+        (radiance("FORMAT=64-bit"), "32-bit_rle_rgbe"),
+    ];
+    for (file, expected) in cases {
+        let error = read(&file).unwrap_err().to_string();
+        assert!(error.contains(expected) && !error.contains('\n'), "{error}");
+    }
+}
+
 #[test]
 fn what_is_odd_is_said() {
     let square = read(&radiance_file(4, 4, [9, 9, 9, 128], (0, 0, [9, 9, 9, 128]))).unwrap();
@@ -138,4 +238,32 @@ fn public_maps_are_read() {
         let error = load_environment(&windows, 1.0, 0.0).unwrap_err().to_string();
         eprintln!("{error}");
     }
+}
+
+/// Files that were reported, with what their light is.
+#[test]
+fn reported_maps_hold_the_light_that_they_say() {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared/assets/reports");
+    let green = Rgb::new(0.1, 0.8, 0.2);
+    for (name, expected) in [("rec2020-green", green), ("709-green", green), ("xyz-d65", Rgb::ONE)] {
+        let path = folder.join(format!("env-{name}.exr"));
+        if !path.is_file() {
+            eprintln!("NOT TESTED: there is no {}", path.display());
+            continue;
+        }
+        let loaded = load_environment(&path, 1.0, 0.0).unwrap();
+        let found = loaded.map.radiance(Vec3::new(0.6, 0.0, 0.8));
+        assert!((found - expected).abs().max_element() < 2e-3 && loaded.warnings.is_empty(), "{name}: {found}");
+    }
+    let of = |name: &str| load_environment(&folder.join(format!("env-{name}.hdr")), 1.0, 0.0).ok();
+    let Some(plain) = of("plain") else { return };
+    // A texel's own place: a power of what lies between two is another number.
+    let place = middle(2, 1, 16, 8);
+    let plain = plain.map.radiance(place);
+    for (name, expected) in [("colorcorr", plain * Rgb::new(0.5, 1.0, 1.0)), ("gamma", plain.map(|c| c.powf(2.2)))] {
+        let found = of(name).unwrap().map.radiance(place);
+        assert!((found - expected).abs().max_element() < 1e-5, "{name}: {found} for {expected}");
+    }
+    // It is white, and its white is D65.
+    assert!((of("primaries").unwrap().map.radiance(place) - plain).length() < 1e-4);
 }

@@ -13,13 +13,13 @@ use crate::scene::{
     texture::{Encoding, Filter, Image, Texels, Texture, Wrap},
 };
 
-fn encoded(image: &DynamicImage, format: ImageFormat) -> Vec<u8> {
+pub(super) fn encoded(image: &DynamicImage, format: ImageFormat) -> Vec<u8> {
     let mut bytes = Cursor::new(Vec::new());
     image.write_to(&mut bytes, format).unwrap();
     bytes.into_inner()
 }
 
-fn uri(bytes: &[u8]) -> String {
+pub(super) fn uri(bytes: &[u8]) -> String {
     format!("data:image/whatever;base64,{}", STANDARD.encode(bytes))
 }
 
@@ -29,7 +29,7 @@ fn two_texels() -> DynamicImage {
 }
 
 /// A triangle with texture coordinates (0,0), (1,0), (0,1) in two sets, the second halved, and the one image `bytes`.
-fn textured(image: &[u8], material: &Value) -> Value {
+pub(super) fn textured(image: &[u8], material: &Value) -> Value {
     let floats: [f32; 30] = [
         0., 0., 0., 1., 0., 0., 0., 1., 0., // positions
         0., 0., 1., 0., 0., 1., 0., 0., 1., // normals
@@ -200,6 +200,43 @@ fn tangents_are_made_where_the_file_has_none() {
     let zero = 2.0 * 128.0 / 255.0 - 1.0;
     let expected = Vec3::new(0.5, -0.5 * zero, zero).normalize();
     assert!((n - expected).length() < 1e-5, "{n} for {expected}");
+}
+
+/// The document with these tangents.
+fn with_tangents(mut document: Value, tangents: [[f32; 4]; 3]) -> Value {
+    let uri_of = document["buffers"][0]["uri"].as_str().unwrap().to_owned();
+    let mut bytes = STANDARD.decode(uri_of.split_once(',').unwrap().1).unwrap();
+    let view = json!({ "buffer": 0, "byteOffset": bytes.len(), "byteLength": 48 });
+    bytes.extend(tangents.as_flattened().iter().flat_map(|x| x.to_le_bytes()));
+    document["buffers"][0] = json!({ "byteLength": bytes.len(), "uri": uri(&bytes) });
+    document["bufferViews"].as_array_mut().unwrap().push(view);
+    let accessor = json!({ "bufferView": 5, "componentType": 5126, "count": 3, "type": "VEC4" });
+    document["accessors"].as_array_mut().unwrap().push(accessor);
+    document["meshes"][0]["primitives"][0]["attributes"]["TANGENT"] = json!(5);
+    document
+}
+
+#[test]
+fn tangents_without_a_direction_are_made_anew() {
+    let material = json!({ "normalTexture": { "index": 0 } });
+    let normal = RgbImage::from_raw(1, 1, vec![255, 128, 128]).unwrap().into();
+    let document = textured(&encoded(&normal, ImageFormat::Png), &material);
+    let tangent = |tangents: [[f32; 4]; 3]| {
+        let loaded = load(&with_tangents(document.clone(), tangents)).unwrap();
+        let surface = loaded.geometry.surface_at(PrimitiveId::world(0), Vec2::splat(0.3)).unwrap();
+        let frame = loaded.geometry.tangent_frame(PrimitiveId::world(0), &surface).unwrap();
+        (frame.tangent, loaded.warnings)
+    };
+    let good = [0.6, 0.8, 0.0, -1.0];
+    let (own, warnings) = tangent([good; 3]);
+    assert!((own - Vec3::new(0.6, 0.8, 0.0)).length() < 1e-5 && warnings.is_empty(), "{own}, {warnings:?}");
+    for bad in [[f32::NAN; 4], [f32::INFINITY, 0.0, 0.0, 1.0], [0.0, 0.0, 0.0, 1.0], [1.0, 0.0, 0.0, 0.0]] {
+        let (made, warnings) = tangent([good, bad, bad]);
+        assert!((made - Vec3::X).length() < 1e-5, "{bad:?}: {made}");
+        let expected =
+            "/meshes/0/primitives/0: 2 tangents have no direction: all are made anew from the texture coordinates";
+        assert_eq!(warnings, [expected]);
+    }
 }
 
 #[test]

@@ -54,7 +54,8 @@ impl EmissionMap {
         maps: &Maps,
         detail: Detail,
     ) -> Option<Self> {
-        let peak = material.emission.max_element() * bound(geometry, primitive, maps);
+        let brightest = material.emission * bound(geometry, primitive, maps);
+        let peak = brightest.max_element();
         if peak <= 0.0 {
             return None;
         }
@@ -72,7 +73,7 @@ impl EmissionMap {
             })
             .collect();
         // What the lookups miss altogether still has to be chosen now and then.
-        let mean = (sum / (n * n) as f32).max(material.emission * (peak / material.emission.max_element() * 1e-3));
+        let mean = (sum / (n * n) as f32).max(brightest * 1e-3);
         let average = means.iter().sum::<f32>() / means.len() as f32;
         let same = means.iter().all(|w| (w - average).abs() <= 1e-3 * average);
         let weight = |w: &f32| if average > 0.0 { (1.0 - UNIFORM) * w / average + UNIFORM } else { 1.0 };
@@ -171,9 +172,10 @@ fn footprint(geometry: &Geometry, primitive: PrimitiveId, maps: &Maps) -> f32 {
     if length.is_finite() { length.max(1.0) } else { 1.0 }
 }
 
-/// A bound on what the emission is multiplied by anywhere on the triangle; 0 only if it is 0 everywhere.
-fn bound(geometry: &Geometry, primitive: PrimitiveId, maps: &Maps) -> f32 {
-    let Some(texture) = &maps.emission else { return 1.0 };
+/// Bounds on what the emission's channels are multiplied by anywhere on the triangle; 0 only for one that is 0
+/// everywhere.
+fn bound(geometry: &Geometry, primitive: PrimitiveId, maps: &Maps) -> Rgb {
+    let Some(texture) = &maps.emission else { return Rgb::ONE };
     let corners = [Vec2::ZERO, Vec2::X, Vec2::Y].map(|b| geometry.attributes(primitive, b).uv(texture.uv_set));
     texture.bound(corners)
 }

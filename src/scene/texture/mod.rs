@@ -13,7 +13,7 @@ use std::{
     sync::{Arc, LazyLock, OnceLock},
 };
 
-use glam::{Affine2, Vec2, Vec4};
+use glam::{Affine2, Vec2, Vec3, Vec4};
 
 /// A raster of texels with 1 to 4 channels: grey, grey and alpha, RGB, or RGBA.
 #[derive(Clone, PartialEq)]
@@ -22,8 +22,9 @@ pub struct Image {
     height: u32,
     channels: usize,
     texels: Texels,
-    /// The largest colour channel of any texel, as a fraction of the largest there can be; found when it is first asked for.
-    peak: OnceLock<f32>,
+    /// The least and the greatest of each channel, alpha last, as fractions of the greatest there can be; found when
+    /// first asked for.
+    extremes: OnceLock<[Vec4; 2]>,
 }
 
 /// The samples of an [`Image`], row by row from the top, channels interleaved.
@@ -93,7 +94,7 @@ impl Image {
         assert!(pixels > 0 && samples.is_multiple_of(pixels), "{samples} samples for {width} × {height} texels");
         let channels = samples / pixels;
         assert!((1..=4).contains(&channels), "{channels} channels");
-        Self { width, height, channels, texels, peak: OnceLock::new() }
+        Self { width, height, channels, texels, extremes: OnceLock::new() }
     }
 
     /// Width and height in texels.
@@ -112,20 +113,17 @@ impl Image {
         }
     }
 
-    /// The largest colour channel among the texels of some columns and rows, linear and in [0, 1].
-    fn peak_within(&self, columns: Range<u32>, rows: Range<u32>) -> f32 {
+    /// The least and the greatest of each channel among the texels of some columns and rows, linear and in [0, 1].
+    fn extremes_within(&self, columns: Range<u32>, rows: Range<u32>) -> [Vec4; 2] {
         let texels = rows.flat_map(|y| columns.clone().map(move |x| (x, y)));
-        texels.map(|(x, y)| self.texel(x, y, Encoding::Linear).truncate().max_element()).fold(0.0, f32::max)
+        texels
+            .map(|(x, y)| self.texel(x, y, Encoding::Linear))
+            .fold([Vec4::ONE, Vec4::ZERO], |[least, greatest], texel| [least.min(texel), greatest.max(texel)])
     }
 
-    /// The largest colour channel of all texels.
-    fn peak(&self) -> f32 {
-        *self.peak.get_or_init(|| self.peak_within(0..self.width, 0..self.height))
-    }
-
-    /// Whether every texel is black, whatever its alpha.
-    pub fn is_black(&self) -> bool {
-        self.peak() == 0.0
+    /// The same of all texels.
+    fn extremes(&self) -> [Vec4; 2] {
+        *self.extremes.get_or_init(|| self.extremes_within(0..self.width, 0..self.height))
     }
 
     /// The memory that the texels take, bytes.
@@ -250,9 +248,15 @@ impl Texture {
         }
     }
 
-    /// A bound on every colour channel of any lookup within the triangle of these texture coordinates; 0 only where all lookups
-    /// are black. Large triangles get the whole image's.
-    pub fn bound(&self, uv: [Vec2; 3]) -> f32 {
+    /// The least and the greatest that a lookup can find in each channel, alpha last: interpolation stays between the
+    /// texels.
+    pub fn extremes(&self) -> [Vec4; 2] {
+        self.image.extremes().map(|texel| self.decode(texel))
+    }
+
+    /// Bounds on the colour channels of any lookup within the triangle of these texture coordinates; 0 only where all
+    /// lookups are 0 in that channel. Large triangles get the whole image's.
+    pub fn bound(&self, uv: [Vec2; 3]) -> Vec3 {
         const MOST_TEXELS: f32 = 4096.0;
         let [a, b, c] = uv.map(|uv| self.place(uv));
         let (min, max) = (a.min(b).min(c).floor() - 1.0, a.max(b).max(c).floor() + 1.0);
@@ -266,12 +270,20 @@ impl Texture {
             let rows = || span(min.y, max.y, self.wrap[1], self.image.height);
             columns
                 .flat_map(|x| rows().map(move |y| (x, y)))
-                .map(|(x, y)| self.image.peak_within(x..x + 1, y..y + 1))
-                .fold(0.0, f32::max)
+                .map(|(x, y)| self.image.texel(x, y, Encoding::Linear))
+                .fold(Vec4::ZERO, Vec4::max)
         } else {
-            self.image.peak()
+            self.image.extremes()[1]
         };
-        if self.encoding == Encoding::Srgb { srgb_to_linear(linear) } else { linear }
+        self.decode(linear).truncate()
+    }
+
+    /// A texel as lookups find it, from its fractions of the greatest there can be.
+    fn decode(&self, linear: Vec4) -> Vec4 {
+        match self.encoding {
+            Encoding::Srgb => linear.truncate().map(srgb_to_linear).extend(linear.w),
+            Encoding::Linear => linear,
+        }
     }
 
     /// `uv` in units of texels. Coordinates that overflow mean the corner.
