@@ -2,7 +2,7 @@
 
 use glam::{Vec2, Vec3};
 
-use super::{Edge, RunningSum, Vertex};
+use super::{Edge, RunningSum, Vertex, vertex::Unscattered};
 use crate::{
     math::Rgb,
     sampling::{Block, PdfArea, PdfSolidAngle, Sampler},
@@ -105,6 +105,7 @@ pub struct Subpath {
     /// Of a light subpath: 1 if a ray can meet its light, else 0.
     hittable: f32,
     rivals: RunningSum,
+    lost_to_sides: u64,
 }
 
 /// Where a walk comes from and when it ends.
@@ -141,6 +142,7 @@ impl Subpath {
             next_event_ratio: 1.0,
             hittable: 1.0,
             rivals: RunningSum::default(),
+            lost_to_sides: 0,
         }
     }
 
@@ -169,6 +171,12 @@ impl Subpath {
     fn push(&mut self, step: Step) {
         self.room[self.len] = step;
         self.len += 1;
+    }
+
+    /// How many walks have ended since this was last asked because N_s and N_g put a direction on different sides.
+    #[inline(always)]
+    pub fn take_lost_to_sides(&mut self) -> u64 {
+        std::mem::take(&mut self.lost_to_sides)
     }
 
     /// See [`super::Densities::next_event_ratio`]: for this light subpath's own p_n and p_{n−1}.
@@ -400,7 +408,13 @@ impl Subpath {
         let edges = self.len as u32 - 1;
         let [.., before, here] = &mut self.room[..self.len] else { return None };
         let known = here.back.direction;
-        let sample = here.vertex.sample(self.directions, known, transport, u)?;
+        let sample = match here.vertex.sample(self.directions, known, transport, u) {
+            Ok(sample) => sample,
+            Err(why) => {
+                self.lost_to_sides += u64::from(why == Unscattered::Sides);
+                return None;
+            }
+        };
         here.vertex.lobe = sample.lobe;
         let (fwd, rev) = sample.scatter.forward_reverse(transport);
         before.pdf_rev = rev.to_area(&here.back);

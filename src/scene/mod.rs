@@ -10,6 +10,7 @@ mod light_index;
 pub mod material;
 pub mod point;
 pub mod texture;
+pub mod tilt;
 
 use std::{ops::ControlFlow, sync::OnceLock};
 

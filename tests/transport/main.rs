@@ -19,6 +19,7 @@ mod lecture;
 mod ledger;
 mod lights;
 mod metamorphic;
+mod normals;
 mod operator;
 mod options;
 mod public;
