@@ -60,6 +60,7 @@ pub struct Renderer<'a> {
     /// In the order of [`Rays`].
     rays: [AtomicU64; 3],
     spared: AtomicU64,
+    lost_to_sides: AtomicU64,
     rejected: Mutex<BTreeMap<Technique, u64>>,
 }
 
@@ -121,6 +122,7 @@ impl<'a> Renderer<'a> {
             samples: AtomicU64::new(0),
             rays: Default::default(),
             spared: AtomicU64::new(0),
+            lost_to_sides: AtomicU64::new(0),
             rejected: Mutex::default(),
         }
     }
@@ -167,6 +169,7 @@ impl<'a> Renderer<'a> {
         let this = Self { passes, ..self };
         this.samples.fetch_add(done.samples, Relaxed);
         this.count(done.rays, done.spared);
+        this.lost_to_sides.fetch_add(done.lost_to_sides, Relaxed);
         for (technique, count) in &done.rejected {
             *this.rejected.lock().unwrap_or_else(|e| e.into_inner()).entry(*technique).or_default() += count;
         }
@@ -213,7 +216,13 @@ impl<'a> Renderer<'a> {
             .map_init(
                 || self.integrator.scratch(),
                 |scratch, tile| {
-                    let mut sink = TaskSink { renderer: self, rays: Rays::default(), spared: 0, collector: new(self) };
+                    let mut sink = TaskSink {
+                        renderer: self,
+                        rays: Rays::default(),
+                        spared: 0,
+                        lost_to_sides: 0,
+                        collector: new(self),
+                    };
                     let samples = match Instructions::detect() {
                         Instructions::Portable => self.tile::<S>(tile, scratch, &mut sink),
                         // SAFETY: a value of `Avx2` exists only where the processor has it.
@@ -221,6 +230,7 @@ impl<'a> Renderer<'a> {
                         Instructions::Avx2(_) => unsafe { self.tile_avx2::<S>(tile, scratch, &mut sink) },
                     };
                     self.count(sink.rays, sink.spared);
+                    self.lost_to_sides.fetch_add(sink.lost_to_sides, Relaxed);
                     self.samples.fetch_add(samples, Relaxed);
                     sink.collector
                 },
@@ -345,7 +355,9 @@ impl<'a> Renderer<'a> {
         let rejected = self.rejected.lock().unwrap_or_else(|e| e.into_inner()).clone();
         let [camera, light, visibility] = [0, 1, 2].map(|kind: usize| self.rays[kind].load(Relaxed));
         let rays = Rays { camera, light, visibility };
-        Statistics { samples: self.samples.load(Relaxed), rays, spared: self.spared.load(Relaxed), rejected }
+        let [samples, spared, lost_to_sides] =
+            [&self.samples, &self.spared, &self.lost_to_sides].map(|count| count.load(Relaxed));
+        Statistics { samples, rays, spared, lost_to_sides, rejected }
     }
 
     fn count(&self, rays: Rays, spared: u64) {

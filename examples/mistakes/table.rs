@@ -26,6 +26,8 @@ pub fn killers(mistake: Mistake) -> &'static [Test] {
     use Mistake::*;
     match mistake {
         NoShadingFactor => &[Verify("scenes/textured-room.glb")],
+        TiltLeftOut => &[Transport("normals::an_invisible_pane_has_no_rim")],
+        TiltJacobian => &[Lib("scene::tilt::tests::the_jacobian_is_that_of_solid_angles")],
         ShadingCosine => &[TEXTURES],
         NoEtaSquared | UnitDelta => &[REFRACTION],
         SwappedEta => &[Lib("scene::bsdf::fresnel::tests::reflectance_of_glass_water_and_flint")],

@@ -123,6 +123,7 @@ const CAMERA_RAYS: &str = "rays.camera";
 const LIGHT_RAYS: &str = "rays.light";
 const VISIBILITY_RAYS: &str = "rays.visibility";
 const SPARED_RAYS: &str = "rays.spared";
+const LOST_TO_SIDES: &str = "lost.sides";
 const REJECTED: &str = "rejected";
 
 /// The statistics as text: integers, so that those of parts can be added as the parts can.
@@ -140,6 +141,7 @@ pub(super) fn counts(statistics: &Statistics) -> BTreeMap<String, String> {
         (LIGHT_RAYS, light.to_string()),
         (VISIBILITY_RAYS, visibility.to_string()),
         (SPARED_RAYS, statistics.spared.to_string()),
+        (LOST_TO_SIDES, statistics.lost_to_sides.to_string()),
         (REJECTED, rejected),
     ];
     all.into_iter().map(|(name, value)| (name.to_owned(), value)).collect()
@@ -159,7 +161,8 @@ pub(super) fn statistics(counts: &BTreeMap<String, String>) -> Option<Statistics
     }
     let count = |name: &str| counts.get(name)?.parse().ok();
     let rays = Rays { camera: count(CAMERA_RAYS)?, light: count(LIGHT_RAYS)?, visibility: count(VISIBILITY_RAYS)? };
-    Some(Statistics { samples: count(SAMPLES)?, rays, spared: count(SPARED_RAYS)?, rejected })
+    let lost_to_sides = if counts.contains_key(LOST_TO_SIDES) { count(LOST_TO_SIDES)? } else { 0 };
+    Some(Statistics { samples: count(SAMPLES)?, rays, spared: count(SPARED_RAYS)?, lost_to_sides, rejected })
 }
 
 #[cfg(test)]
@@ -185,7 +188,7 @@ mod tests {
         let rejected = [(Technique::Area, 3), (Technique::Bidirectional(Strategy { s: 2, t: 13 }), 1)];
         for rejected in [BTreeMap::new(), rejected.into()] {
             let rays = Rays { camera: 7, light: 0, visibility: u64::MAX };
-            let all = Statistics { samples: 1 << 40, rays, spared: 5, rejected };
+            let all = Statistics { samples: 1 << 40, rays, spared: 5, lost_to_sides: 9, rejected };
             assert_eq!(statistics(&counts(&all)), Some(all));
         }
     }

@@ -104,6 +104,10 @@ impl Stats<'_> {
                 "all": rays.total(),
                 "spared": statistics.spared,
             },
+            "lost_to_sides": {
+                "walks": statistics.lost_to_sides,
+                "fraction": statistics.lost_to_sides as f64 / (rays.camera + rays.light).max(1) as f64,
+            },
             "this_run": {
                 "samples": ended.moment.samples,
                 "rays": ended.moment.rays,

@@ -63,6 +63,9 @@ pub trait Sink {
 
     /// A subpath was walked, from the camera (radiance) or from a light (importance), with this many rays.
     fn walked(&mut self, _transport: Transport, _rays: usize) {}
+
+    /// Walks have ended because N_s and N_g put a direction on different sides: light that is lost to shading normals.
+    fn lost_to_sides(&mut self, _walks: u64) {}
 }
 
 /// What the light subpaths of a pixel of the padded image are for.
@@ -139,6 +142,7 @@ impl Integrator {
             *walked += 1;
             light.walk_from_light(scene, branch, connected.max(splatted), self.roulette, samplers.light);
             sink.walked(Transport::Importance, light.steps().len().saturating_sub(1));
+            sink.lost_to_sides(light.take_lost_to_sides());
             let steps = light.steps();
             let joined = &steps[..steps.len().min(connected as usize)];
             ends.extend(connectible(joined).map(|s| End { number, s }));
@@ -200,6 +204,7 @@ impl Integrator {
                 2
             };
             sink.walked(Transport::Radiance, camera.steps().len().saturating_sub(joined));
+            sink.lost_to_sides(camera.take_lost_to_sides());
             for t in joined + 1..=camera.steps().len() {
                 let prefix = &camera.steps()[..t];
                 for _ in 0..self.evaluated.multiplicity(Strategy { s: 0, t: t as u32 }) {

@@ -33,6 +33,8 @@ macro_rules! mistakes {
 mistakes! {
     NoShadingFactor "no-shading-factor" "Walks from the light scatter over shading normals without the adjoint's factor (Veach 5.3).";
     ShadingCosine "shading-cosine" "A walk's throughput takes its cosine against N_s where G has N_g.";
+    TiltLeftOut "tilt-left-out" "Directions between the horizons of N_s and N_g scatter nothing.";
+    TiltJacobian "tilt-jacobian" "Directions are bent near the horizons without dω_s/dω.";
     NoEtaSquared "no-eta-squared" "Refracted radiance does not scale with 1/η².";
     UnitDelta "unit-delta" "The reverse density of a refraction lacks its Jacobian.";
     SwappedEta "swapped-eta" "Fresnel's equations take η_incident/η_transmitted.";

@@ -5,9 +5,10 @@ use std::sync::OnceLock;
 
 use glam::{DVec3, Vec3};
 
-use super::{Heuristic, PathClass, Strategy, Techniques, Vertex, class::Event};
+use super::{Heuristic, PathClass, Strategy, Techniques, Vertex, class::Event, tilt};
 use crate::{
     math::{Frame, Rgb},
+    sampling::PdfSolidAngle,
     scene::{
         Scene,
         bsdf::{Bsdf, Directions, Scatter},
@@ -240,32 +241,47 @@ impl<'a> Path<'a> {
         self.visibility[edge] * f64::from(self.vertices[i].point.alpha)
     }
 
-    /// f̂(p_{i+1}→p_i→p_{i−1}) = α f_s |ω_{i+1}·N_s| / |ω_{i+1}·N_g|, 1/sr.
+    /// f̂(p_{i+1}→p_i→p_{i−1}) = α f_s |ω_s·N_s| / |ω·N_g| dω_s/dω for ω = ω_{i+1}, 1/sr; in a delta lobe, whose coefficients are
+    /// with respect to dω, without dω_s/dω.
     fn scattering(&self, i: usize) -> DVec3 {
         let v = &self.vertices[i];
         let f = self.scatter(i, Directions::Bsdf).f;
         if f == Rgb::ZERO {
             return DVec3::ZERO; // also within a surface's plane, where the fraction below is none
         }
-        let to_light = self.segment(i, i + 1).direction;
+        let [_, (to_light, jacobian)] = self.shading_directions(i);
         let shading = v.point.shading_normal.as_dvec3().dot(to_light).abs();
-        let geometric = v.point.normal.as_dvec3().dot(to_light).abs();
-        f.as_dvec3() * (shading / geometric * f64::from(v.point.alpha))
+        let geometric = v.point.normal.as_dvec3().dot(self.segment(i, i + 1).direction).abs();
+        let jacobian = if v.is_delta() { 1.0 } else { jacobian };
+        f.as_dvec3() * (shading / geometric * jacobian * f64::from(v.point.alpha))
     }
 
-    /// f_s with both densities at p_i by the rule `directions`, zero where N_s and N_g disagree on a direction's side.
+    /// f_s at p_i with both densities over N_g by the rule `directions`; zero where N_s and N_g disagree on a direction's side.
     fn scatter(&self, i: usize, directions: Directions) -> Scatter {
         let v = &self.vertices[i];
-        let (to_camera, to_light, frame) = self.local_directions(i);
-        if !(v.point.sides_agree(to_camera) && v.point.sides_agree(to_light)) {
+        let [camera, light] = self.shading_directions(i);
+        let (n_s, n_g) = (v.point.shading_normal.as_dvec3(), v.point.normal.as_dvec3());
+        let agrees = |j: usize, w_s: DVec3| self.segment(i, j).direction.dot(n_g) * w_s.dot(n_s) > 0.0;
+        if !(agrees(i - 1, camera.0) && agrees(i + 1, light.0)) {
             return Scatter::ZERO;
         }
-        self.bsdf(i).eval_by(directions, v.lobe, frame.to_local(to_camera), frame.to_local(to_light))
+        let (to_camera, to_light, frame) = self.local_directions(i);
+        let f = self.bsdf(i).eval_by(directions, v.lobe, frame.to_local(to_camera), frame.to_local(to_light));
+        let (to_light, to_camera) = if v.is_delta() { (1.0, camera.1 / light.1) } else { (light.1, camera.1) };
+        let scaled = |p: PdfSolidAngle, by: f64| PdfSolidAngle((f64::from(p.0) * by) as f32);
+        Scatter { to_light: scaled(f.to_light, to_light), to_camera: scaled(f.to_camera, to_camera), ..f }
+    }
+
+    /// ω_s with dω_s/dω of the directions from p_i towards the camera and the light.
+    fn shading_directions(&self, i: usize) -> [(DVec3, f64); 2] {
+        let p = &self.vertices[i].point;
+        let (n_s, n_g) = (p.shading_normal.as_dvec3().normalize(), p.normal.as_dvec3().normalize());
+        [i - 1, i + 1].map(|j| tilt::to_shading(n_s, n_g, self.segment(i, j).direction))
     }
 
     fn local_directions(&self, i: usize) -> (Vec3, Vec3, Frame) {
-        let towards = |j| self.segment(i, j).direction.as_vec3();
-        (towards(i - 1), towards(i + 1), Frame::around(self.vertices[i].point.shading_normal))
+        let [(to_camera, _), (to_light, _)] = self.shading_directions(i);
+        (to_camera.as_vec3(), to_light.as_vec3(), Frame::around(self.vertices[i].point.shading_normal))
     }
 
     /// The BSDF at p_i: at the boundary of a volume with the indices of the media beside it.

@@ -16,6 +16,7 @@ use crate::{
         bsdf::{Lobe, ScatterEvent},
         camera::Raster,
         point::{Place, Point},
+        tilt::Tilt,
     },
 };
 
@@ -251,8 +252,11 @@ impl<'a> JoinedPath<'a> {
         if v.is_delta() {
             return ScatterEvent::Specular;
         }
-        let frame = Frame::around(v.point.shading_normal);
-        let towards = |j: u32| frame.to_local(Edge::between(&v.point, &self.step(j).vertex.point).direction);
+        let (frame, tilt) = (Frame::around(v.point.shading_normal), Tilt::at(&v.point));
+        let towards = |j: u32| {
+            let w = Edge::between(&v.point, &self.step(j).vertex.point).direction;
+            frame.to_local(if v.point.is_flat() { w } else { tilt.to_shading(w).direction })
+        };
         v.point.bsdf.event(v.lobe, towards(i - 1), towards(i + 1))
     }
 

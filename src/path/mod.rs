@@ -20,6 +20,7 @@ mod mis;
 mod rivals;
 mod strategy;
 mod subpath;
+mod tilt;
 mod vertex;
 
 #[cfg(test)]
@@ -33,4 +34,4 @@ pub use mis::{Densities, Heuristic, is_covered, mis_weight, relative_deposit};
 pub use rivals::{RivalSum, Rivals, RunningSum};
 pub use strategy::{LightVertices, SharedLightVertices, Strategy, Technique, Techniques};
 pub use subpath::{Roulette, Step, Subpath};
-pub use vertex::Vertex;
+pub use vertex::{Unscattered, Vertex};

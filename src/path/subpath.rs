@@ -2,7 +2,7 @@
 
 use glam::{Vec2, Vec3};
 
-use super::{Edge, RivalSum, RunningSum, Vertex};
+use super::{Edge, RivalSum, RunningSum, Vertex, vertex::Unscattered};
 use crate::{
     math::Rgb,
     sampling::{Block, Chance, PdfArea, PdfSolidAngle, Sampler},
@@ -109,6 +109,7 @@ pub struct Subpath {
     rivals: RunningSum,
     /// Where the scene has media: what the walk is in, and what it was in on arriving at its second vertex.
     inside: [Inside; 2],
+    lost_to_sides: u64,
 }
 
 /// Where a walk comes from and when it ends.
@@ -146,6 +147,7 @@ impl Subpath {
             hittable: 1.0,
             rivals: RunningSum::default(),
             inside: [Inside::NOTHING; 2],
+            lost_to_sides: 0,
         }
     }
 
@@ -174,6 +176,12 @@ impl Subpath {
     fn push(&mut self, step: Step) {
         self.room[self.len] = step;
         self.len += 1;
+    }
+
+    /// How many walks have ended since this was last asked because N_s and N_g put a direction on different sides.
+    #[inline(always)]
+    pub fn take_lost_to_sides(&mut self) -> u64 {
+        std::mem::take(&mut self.lost_to_sides)
     }
 
     /// See [`super::Densities::next_event_ratio`]: for this light subpath's own p_n and p_{n−1}.
@@ -458,7 +466,13 @@ impl Subpath {
         let edges = self.len as u32 - 1;
         let [.., before, here] = &mut self.room[..self.len] else { return None };
         let known = here.back.direction;
-        let sample = here.vertex.sample(self.directions, known, transport, u)?;
+        let sample = match here.vertex.sample(self.directions, known, transport, u) {
+            Ok(sample) => sample,
+            Err(why) => {
+                self.lost_to_sides += u64::from(why == Unscattered::Sides);
+                return None;
+            }
+        };
         here.vertex.lobe = sample.lobe;
         let (fwd, rev) = sample.scatter.forward_reverse(transport);
         before.pdf_rev = rev.to_area(&here.back);

@@ -1,5 +1,7 @@
 //! Paths built by hand, against numbers worked out by hand.
 
+mod tilt;
+
 use std::f64::consts::PI;
 
 use glam::{Vec2, Vec3};

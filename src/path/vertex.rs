@@ -7,6 +7,7 @@ use crate::math::Rgb;
 use crate::scene::{
     bsdf::{BsdfSample, Directions, Lobe, Scatter, Transport},
     point::Point,
+    tilt::{Tilt, Tilted},
 };
 
 /// One vertex. Its role (lens, surface, light) is its index in the path.
@@ -33,9 +34,9 @@ impl Vertex {
 
     /// f̂/α with the densities of both directions, for unit world directions towards the camera and the light.
     ///
-    /// f̂ = f_s |ω_light·N_s| / |ω_light·N_g|: with the geometric cosines of G this scatters over shading normals as
-    /// radiance does, whichever way the path was found, so that no strategy needs a correction of its own (Veach 5.3).
-    /// Coverage α is left out because a walk that stops here with probability α divides by it again.
+    /// f̂ = f_s |ω_light·N_s| / |ω_light·N_g|, with both directions as [`Tilt`] maps them near the horizons: with the geometric
+    /// cosines of G this scatters over shading normals as radiance does, whichever way the path was found, so that no strategy needs a
+    /// correction of its own (Veach 5.3). Coverage α is left out because a walk that stops here with probability α divides by it again.
     #[inline]
     pub fn scatter(&self, to_camera: Vec3, to_light: Vec3) -> Scatter {
         scatter(&self.point, self.lobe, to_camera, to_light)
@@ -43,26 +44,30 @@ impl Vertex {
 
     /// Samples the direction across from the unit world direction `known`, the continuous part's by the rule `directions`;
     /// the result is in world space and holds f̂/α.
+    ///
+    /// # Errors
+    /// What ends the walk here.
     #[inline(always)]
-    pub fn sample(&self, directions: Directions, known: Vec3, transport: Transport, u: Vec3) -> Option<BsdfSample> {
+    pub fn sample(
+        &self,
+        directions: Directions,
+        known: Vec3,
+        transport: Transport,
+        u: Vec3,
+    ) -> Result<BsdfSample, Unscattered> {
         let p = &self.point;
-        if !p.sides_agree(known) {
-            return None;
+        if !p.is_flat() {
+            return sample_tilted(p, directions, known, transport, u);
         }
-        let sample = p.bsdf.sample_around(p.shading_normal, directions, known, transport, u)?;
-        let direction = sample.direction;
-        if !p.sides_agree(direction) {
-            return None;
-        }
-        let (_, to_light) = transport.sides(known, direction);
-        let f = sample.scatter.f * shading_factor(p, mistake!(to_light, NoShadingFactor => direction));
-        Some(BsdfSample { scatter: Scatter { f, ..sample.scatter }, ..sample })
+        // Within the surface's plane there is no side to go to.
+        let sample = p.bsdf.sample_around(p.normal, directions, known, transport, u);
+        sample.filter(|sample| p.normal.dot(sample.direction) != 0.0).ok_or(Unscattered::Nothing)
     }
 
     /// η_light/η_camera across this vertex, for unit world directions; see [`crate::scene::bsdf::Bsdf::relative_ior`].
     #[inline]
     pub fn relative_ior(&self, to_camera: Vec3, to_light: Vec3) -> f32 {
-        let z = self.point.shading_normal;
+        let z = self.point.normal;
         let local = |w: Vec3| Vec3::new(0.0, 0.0, z.dot(w));
         self.point.bsdf.relative_ior(local(to_camera), local(to_light))
     }
@@ -70,26 +75,76 @@ impl Vertex {
     /// f̂ as a walk from the light has it that takes N_s for the cosine of its own direction: a planted mistake.
     #[cfg(feature = "mistakes")]
     pub(super) fn without_adjoint(&self, f: Rgb, to_camera: Vec3, to_light: Vec3) -> Rgb {
-        if f == Rgb::ZERO {
-            f
-        } else {
-            f * (shading_factor(&self.point, to_camera) / shading_factor(&self.point, to_light))
+        if f == Rgb::ZERO || self.point.is_flat() {
+            return f;
         }
+        let tilt = Tilt::at(&self.point);
+        let factor = |w| tilt.factor(self.lobe, w, &tilt.to_shading(w));
+        f * (factor(to_camera) / factor(to_light))
     }
+}
+
+/// Why a walk does not leave a vertex.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Unscattered {
+    /// The BSDF has no direction, or none that light could take.
+    Nothing,
+    /// It has one, but N_s and N_g do not agree on the side: light that is lost to shading normals.
+    Sides,
 }
 
 /// [`Vertex::scatter`] of a vertex at `p` that uses `lobe`, which a connection asks of many without making them.
 #[inline(always)]
 pub(super) fn scatter(p: &Point, lobe: Lobe, to_camera: Vec3, to_light: Vec3) -> Scatter {
-    if !(p.sides_agree(to_camera) && p.sides_agree(to_light)) {
-        return Scatter::ZERO;
+    if p.is_flat() {
+        p.bsdf.eval_around(p.normal, lobe, to_camera, to_light)
+    } else {
+        scatter_tilted(p, lobe, to_camera, to_light)
     }
-    let scatter = p.bsdf.eval_around(p.shading_normal, lobe, to_camera, to_light);
-    Scatter { f: scatter.f * shading_factor(p, to_light), ..scatter }
 }
 
-#[inline(always)]
-fn shading_factor(p: &Point, to_light: Vec3) -> f32 {
-    // Flat surfaces are the common case, and there the factor is exactly 1.
-    if p.normal == p.shading_normal { 1.0 } else { (p.shading_normal.dot(to_light) / p.normal.dot(to_light)).abs() }
+#[inline(never)]
+fn scatter_tilted(p: &Point, lobe: Lobe, to_camera: Vec3, to_light: Vec3) -> Scatter {
+    let tilt = Tilt::at(p);
+    let (camera, light) = (tilt.to_shading(to_camera), tilt.to_shading(to_light));
+    if !(tilt.sides_agree(to_camera, &camera) && tilt.sides_agree(to_light, &light)) {
+        return Scatter::ZERO;
+    }
+    let scatter = p.bsdf.eval_around(p.shading_normal, lobe, camera.direction, light.direction);
+    let f = scatter.f * tilt.factor(lobe, to_light, &light);
+    Tilt::densities(lobe, Scatter { f, ..scatter }, &camera, &light)
+}
+
+#[inline(never)]
+fn sample_tilted(
+    p: &Point,
+    directions: Directions,
+    known: Vec3,
+    transport: Transport,
+    u: Vec3,
+) -> Result<BsdfSample, Unscattered> {
+    let tilt = Tilt::at(p);
+    let before = tilt.to_shading(known);
+    if !tilt.sides_agree(known, &before) {
+        return Err(Unscattered::Sides);
+    }
+    let sample = p.bsdf.sample_around(p.shading_normal, directions, before.direction, transport, u);
+    let BsdfSample { direction, lobe, scatter } = sample.ok_or(Unscattered::Nothing)?;
+    let Tilted { direction: sampled, jacobian } = tilt.to_surface(direction);
+    let after = Tilted { direction, jacobian };
+    if !tilt.sides_agree(sampled, &after) {
+        return Err(Unscattered::Sides);
+    }
+    let (camera, light) = match transport {
+        Transport::Radiance => (before, after),
+        Transport::Importance => (after, before),
+    };
+    let (_, to_light) = transport.sides(known, sampled);
+    let factor = tilt.factor(lobe, to_light, &light);
+    let f = scatter.f * mistake!(factor, NoShadingFactor => tilt.factor(lobe, sampled, &after));
+    Ok(BsdfSample {
+        direction: sampled,
+        lobe,
+        scatter: Tilt::densities(lobe, Scatter { f, ..scatter }, &camera, &light),
+    })
 }

@@ -50,6 +50,7 @@ pub(super) struct TaskSink<'a, C> {
     pub(super) renderer: &'a Renderer<'a>,
     pub(super) rays: Rays,
     pub(super) spared: u64,
+    pub(super) lost_to_sides: u64,
     pub(super) collector: C,
 }
 
@@ -80,6 +81,11 @@ impl<C: Collector> Sink for TaskSink<'_, C> {
     #[inline]
     fn spared_ray(&mut self) {
         self.spared += 1;
+    }
+
+    #[inline]
+    fn lost_to_sides(&mut self, walks: u64) {
+        self.lost_to_sides += walks;
     }
 
     #[inline]

@@ -13,6 +13,8 @@ pub struct Statistics {
     pub rays: Rays,
     /// Connections that roulette ended before their ray.
     pub spared: u64,
+    /// Walks that ended because N_s and N_g put a direction on different sides: light that is lost to shading normals.
+    pub lost_to_sides: u64,
     /// Contributions that were not finite or negative, and so were left out, by technique.
     pub rejected: BTreeMap<Technique, u64>,
 }
@@ -48,6 +50,7 @@ impl Statistics {
         self.samples = self.samples.saturating_add(other.samples);
         self.rays.add(other.rays);
         self.spared = self.spared.saturating_add(other.spared);
+        self.lost_to_sides = self.lost_to_sides.saturating_add(other.lost_to_sides);
         for (technique, count) in &other.rejected {
             let sum = self.rejected.entry(*technique).or_default();
             *sum = sum.saturating_add(*count);

@@ -6,6 +6,7 @@ use super::{
     bsdf::{Bsdf, Dielectric, Diffuse, MetallicRoughness, ThinDielectric},
     geometry::{Interpolation, TangentFrame},
     texture::Texture,
+    tilt::lifted,
 };
 use crate::math::Rgb;
 
@@ -235,9 +236,6 @@ pub struct NormalMap {
     pub scale: f32,
 }
 
-/// The least cosine between N_g and the normal of a normal texture.
-const STEEPEST: f32 = 1e-3;
-
 impl NormalMap {
     /// N_s at the mesh's texture coordinates `uv`, on the side of the geometric unit normal `n_g`
     /// (glTF 2.0 specification, 3.9.3).
@@ -249,9 +247,7 @@ impl NormalMap {
         let local = (2.0 * texel - 1.0) * Vec3::new(self.scale, self.scale, 1.0);
         let n = frame.tangent * local.x + frame.bitangent * local.y + frame.normal * local.z;
         let side = 1.0_f32.copysign(frame.normal.dot(n_g));
-        let Some(n) = (side * n).try_normalize() else { return n_g };
-        let cos = n.dot(n_g);
-        if cos >= STEEPEST { n } else { (n + n_g * (STEEPEST - cos)).normalize() }
+        (side * n).try_normalize().map_or(n_g, |n| lifted(n, n_g))
     }
 }
 

@@ -11,6 +11,7 @@ pub mod material;
 pub mod media;
 pub mod point;
 pub mod texture;
+pub mod tilt;
 
 use std::{ops::ControlFlow, sync::OnceLock};
 

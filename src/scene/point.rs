@@ -32,7 +32,7 @@ pub struct Point {
     pub position: Vec3,
     /// N_g, unit: of a triangle by its winding (the front face), of a sphere outward, of the lens the viewing direction.
     pub normal: Vec3,
-    /// N_s, unit, on the side of N_g.
+    /// N_s, unit, on the side of N_g and not lower than [`STEEPEST`](super::tilt::STEEPEST) over its horizon.
     pub shading_normal: Vec3,
     /// A bound on the rounding error of each coordinate of `position`.
     pub error: f32,
@@ -143,9 +143,9 @@ impl Point {
         if self.normal.dot(w) < 0.0 { behind } else { front }
     }
 
-    /// Whether N_s and N_g agree on which side the direction `w` lies. Where they do not, f̂ = 0: the one place that says so.
+    /// Whether N_s is N_g, as on all flat surfaces: the common case, for which [`Tilt`](super::tilt::Tilt) has nothing to do.
     #[inline(always)]
-    pub fn sides_agree(&self, w: Vec3) -> bool {
-        self.normal.dot(w) * self.shading_normal.dot(w) > 0.0
+    pub fn is_flat(&self) -> bool {
+        self.normal == self.shading_normal
     }
 }

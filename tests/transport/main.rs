@@ -21,6 +21,7 @@ mod ledger;
 mod lights;
 mod media;
 mod metamorphic;
+mod normals;
 mod operator;
 mod options;
 mod public;

@@ -285,7 +285,7 @@ fn a_normal_below_the_surface_is_lifted_to_the_horizon() {
     let frame = loaded.geometry.tangent_frame(PrimitiveId::world(0), &surface).unwrap();
     let map = first(&loaded).maps.as_ref().unwrap().normal.clone().unwrap();
     let n = map.shading_normal(Vec2::ZERO, &frame, surface.normal);
-    assert!(n.dot(Vec3::Z) > 0.0 && n.z < 0.01 && n.x > 0.99, "{n}");
+    assert!(n.dot(Vec3::Z) > 0.0 && n.z < 0.06 && n.x > 0.99, "{n}");
     let behind = map.shading_normal(Vec2::ZERO, &frame, -surface.normal);
     assert!(behind.dot(-Vec3::Z) > 0.0, "{behind}");
 }

@@ -9,6 +9,7 @@ use super::{
     bvh::{Primitive, Shape},
     triangle::Triangle,
 };
+use crate::scene::tilt::lifted;
 
 /// Triangles over shared vertices, each with a material, in a space of their own.
 #[derive(Clone, Debug, Default)]
@@ -220,14 +221,15 @@ impl Mesh {
     }
 }
 
-/// N_s from the normals of a triangle's corners, on the side of N_g; N_g where there are none, or they have no direction.
+/// N_s from the normals of a triangle's corners, on the side of N_g and [lifted] off its horizon; N_g where there are none, or they
+/// have no direction.
 #[inline(always)]
 pub(super) fn shading_normal(corners: Option<[Vec3; 3]>, b: Vec2, normal: Vec3) -> Vec3 {
     let Some([p, q, r]) = corners else { return normal };
     let interpolated = p * (1.0 - b.x - b.y) + q * b.x + r * b.y;
     match interpolated.try_normalize() {
-        Some(n) if n.dot(normal) < 0.0 => -n,
-        Some(n) => n,
+        Some(n) if n.dot(normal) < 0.0 => lifted(-n, normal),
+        Some(n) => lifted(n, normal),
         None => normal,
     }
 }

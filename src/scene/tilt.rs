@@ -1,0 +1,275 @@
+//! Shading normals that tilt: the map between the directions over N_g, where light travels, and those over N_s, where a
+//! BSDF is defined.
+//!
+//! Interpolated normals and normal textures turn N_s away from N_g. Half of the wedge between their two horizons lies above
+//! the surface but behind N_s, the other half the other way round. Where f is 0 in the wedge, silhouettes of coarse meshes
+//! turn black, and a mirror under a steep normal map sends its light into the surface. So the sphere of directions is bent
+//! near the horizons, and only there: each direction ω over N_g has its direction ω_s over N_s, one to one,
+//!
+//! ```text
+//! f̂(ω_c, ω_l) = f_s(ω_c_s, ω_l_s) |ω_l_s·N_s| / |ω_l·N_g| · dω_l_s/dω_l.
+//! ```
+//!
+//! Then ∫ f̂ |ω_l·N_g| dω_l is the albedo of f_s, whatever the tilt: nothing is lost, and a furnace stays what it is under a flat
+//! normal. The map knows the two normals alone, neither camera nor light, so that f̂ is the same for every strategy, and it is odd,
+//! (−ω)_s = −ω_s, so that what passes straight through a surface still does.
+//!
+//! **The map.** Let θ be the angle from N_s to N_g, and a(ω) the longitude about the axis N_s × N_g, counted from N_s towards N_g.
+//! The latitude stays, so that dω_s/dω = da_s/da. The horizons are a_s = ±90° and a = θ ± 90°. Within m = min(3θ, 90°) of N_s's
+//! horizon a shear along the direction a_0 = ±(90° − m) takes one horizon to the other:
+//!
+//! ```text
+//! cot(a − a_0) = cot(a_s − a_0) + const,     da_s/da = sin²(a_s − a_0)/sin²(a − a_0).
+//! ```
+//!
+//! Everywhere else ω_s = ω. The derivative is continuous where the two meet (a shear fixes its axis to first order).
+
+use glam::Vec3;
+
+use super::{
+    bsdf::{Lobe, Scatter},
+    point::Point,
+};
+use crate::sampling::PdfSolidAngle;
+
+/// The least cosine between N_s and N_g, 87°. Beyond, N_s is lifted: what lies between the horizons would be squeezed into less than
+/// directions in f32 can tell apart.
+pub const STEEPEST: f32 = 0.05;
+
+/// The unit normal `n` on the side of the unit normal `n_g`, lifted to the cosine [`STEEPEST`] if it lies lower.
+#[inline(always)]
+pub fn lifted(n: Vec3, n_g: Vec3) -> Vec3 {
+    let cos = n.dot(n_g);
+    if cos >= STEEPEST { n } else { lift(n, n_g, cos) }
+}
+
+#[cold]
+#[inline(never)]
+fn lift(n: Vec3, n_g: Vec3, cos: f32) -> Vec3 {
+    let Some(horizontal) = (n - n_g * cos).try_normalize() else { return n_g };
+    (horizontal * (1.0 - STEEPEST * STEEPEST).sqrt() + n_g * STEEPEST).normalize()
+}
+
+/// The map between directions over N_g and over N_s at a point.
+#[derive(Clone, Copy, Debug)]
+pub struct Tilt {
+    n_s: Vec3,
+    n_g: Vec3,
+    /// cos θ.
+    cos: f32,
+    /// sin θ cot m: directions with |ω·N_g − cos θ ω·N_s| at most this times |ω·N_s| stay.
+    reach: f32,
+}
+
+/// A direction where the map takes it.
+#[derive(Clone, Copy, Debug)]
+pub struct Tilted {
+    /// Unit.
+    pub direction: Vec3,
+    /// dω_s/dω there, whichever of the two was given; positive.
+    pub jacobian: f32,
+}
+
+/// Which way a direction goes.
+#[derive(Clone, Copy)]
+enum To {
+    Shading,
+    Surface,
+}
+
+impl Tilt {
+    /// The map at a point whose two normals differ.
+    #[inline(always)]
+    pub fn at(p: &Point) -> Self {
+        let cos = p.shading_normal.dot(p.normal);
+        let square = 4.0 * cos * cos;
+        // sin θ cot 3θ; from 30° on m is 90°.
+        let reach = if square > 3.0 { cos * (square - 3.0) / (square - 1.0) } else { 0.0 };
+        Self { n_s: p.shading_normal, n_g: p.normal, cos, reach }
+    }
+
+    /// ω_s of the unit direction `w`.
+    #[inline(always)]
+    pub fn to_shading(&self, w: Vec3) -> Tilted {
+        self.map(w, To::Shading)
+    }
+
+    /// The unit direction whose ω_s is `w`.
+    #[inline(always)]
+    pub fn to_surface(&self, w: Vec3) -> Tilted {
+        self.map(w, To::Surface)
+    }
+
+    #[inline(always)]
+    fn map(&self, w: Vec3, to: To) -> Tilted {
+        let (cos_s, cos_g) = (self.n_s.dot(w), self.n_g.dot(w));
+        if (cos_g - self.cos * cos_s).abs() <= mistake!(self.reach, TiltLeftOut => f32::INFINITY) * cos_s.abs() {
+            Tilted { direction: w, jacobian: 1.0 }
+        } else {
+            self.bend(w, cos_s, cos_g, to)
+        }
+    }
+
+    /// The shear, in the plane of the two normals.
+    #[inline(never)]
+    fn bend(&self, w: Vec3, y: f32, cos_g: f32, to: To) -> Tilted {
+        let stays = Tilted { direction: w, jacobian: 1.0 };
+        // The part of N_g across N_s, without the cancellation in N_g − cos θ N_s.
+        let between = self.n_g - self.n_s;
+        let across = between - self.n_s * between.dot(self.n_s);
+        let sin = across.length();
+        if sin < 1e-6 {
+            return stays; // less than directions tell apart
+        }
+        let (cos, across) = (self.cos, across / sin);
+        let x = w.dot(across);
+        // The horizon of the quarter in which the direction lies, before or after: N_s's at a_s = 90° (1) or −90° (−1).
+        let horizon = 1.0_f32.copysign(x)
+            * 1.0_f32.copysign(match to {
+                To::Shading => cos_g,
+                To::Surface => y,
+            });
+        let (sin_m, cos_m, sin_shifted) = if 4.0 * cos * cos > 3.0 {
+            let shifted = if horizon > 0.0 { 4.0 * sin * cos * (1.0 - 2.0 * sin * sin) } else { 2.0 * sin * cos };
+            (sin * (3.0 - 4.0 * sin * sin), cos * (4.0 * cos * cos - 3.0), shifted)
+        } else {
+            (1.0, 0.0, cos)
+        };
+        // The distance from the shear's axis, and how far along it the direction moves.
+        let distance = x * sin_m - horizon * y * cos_m;
+        let shift = -sin / (sin_shifted * sin_m) * distance;
+        let shift = match to {
+            To::Shading => -shift,
+            To::Surface => shift,
+        };
+        let (sheared_x, sheared_y) = (x + shift * horizon * cos_m, y + shift * sin_m);
+        let (before, after) = (x * x + y * y, sheared_x * sheared_x + sheared_y * sheared_y);
+        let stretch = before / after;
+        if !(stretch.is_finite() && stretch > 0.0) {
+            return stays; // along the axis, where longitudes meet
+        }
+        let scale = stretch.sqrt();
+        let moved = w + across * (sheared_x * scale - x) + self.n_s * (sheared_y * scale - y);
+        let jacobian = match to {
+            To::Shading => stretch,
+            To::Surface => 1.0 / stretch,
+        };
+        Tilted { direction: moved.normalize(), jacobian: mistake!(jacobian, TiltJacobian => 1.0) }
+    }
+
+    /// Whether `w` over N_g and its ω_s lie on the same side of the surface, as they do short of rounding at the horizons. Where they do
+    /// not, f̂ = 0: the one place that says so.
+    #[inline(always)]
+    pub fn sides_agree(&self, w: Vec3, shading: &Tilted) -> bool {
+        self.n_g.dot(w) * self.n_s.dot(shading.direction) > 0.0
+    }
+
+    /// f̂/f_s for the light direction `w`: |ω_s·N_s| / |ω·N_g| · dω_s/dω; of a delta lobe, whose coefficients are with respect to dω,
+    /// the cosines alone.
+    #[inline(always)]
+    pub fn factor(&self, lobe: Lobe, w: Vec3, shading: &Tilted) -> f32 {
+        let cosines = (self.n_s.dot(shading.direction) / self.n_g.dot(w)).abs();
+        if lobe == Lobe::Continuous { cosines * shading.jacobian } else { cosines }
+    }
+
+    /// The densities of f_s as densities over N_g; f stays. Those of a delta lobe are coefficients with respect to dω on the light side.
+    #[inline(always)]
+    pub fn densities(lobe: Lobe, scatter: Scatter, to_camera: &Tilted, to_light: &Tilted) -> Scatter {
+        let (camera, light) = (to_camera.jacobian, to_light.jacobian);
+        let (to_light, to_camera) = match lobe {
+            Lobe::Continuous => (light, camera),
+            Lobe::Delta(_) => (1.0, camera / light),
+        };
+        Scatter {
+            to_light: PdfSolidAngle(scatter.to_light.0 * to_light),
+            to_camera: PdfSolidAngle(scatter.to_camera.0 * to_camera),
+            ..scatter
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::f32::consts::TAU;
+
+    use super::*;
+
+    /// N_s = z and N_g in the x-z plane, turned by `theta`, in degrees.
+    fn tilt(theta: f32) -> Tilt {
+        let (sin, cos) = theta.to_radians().sin_cos();
+        Tilt::at(&Point { normal: Vec3::new(sin, 0.0, cos), ..Point::nowhere(Vec3::ZERO) })
+    }
+
+    const ANGLES: [f32; 9] = [0.01, 1.0, 5.0, 15.0, 29.0, 31.0, 45.0, 70.0, 86.0];
+
+    /// Fibonacci's lattice over the sphere.
+    fn sphere(n: u32) -> impl Iterator<Item = Vec3> {
+        (0..n).map(move |i| {
+            let (z, phi) = (1.0 - (2.0 * i as f32 + 1.0) / n as f32, 0.618_034 * i as f32 % 1.0 * TAU);
+            ((1.0 - z * z).sqrt() * Vec3::new(phi.cos(), phi.sin(), 0.0)).with_z(z)
+        })
+    }
+
+    #[test]
+    fn the_map_is_one_to_one_odd_and_takes_one_side_to_the_other() {
+        for theta in ANGLES {
+            let tilt = tilt(theta);
+            for w in sphere(5000) {
+                let s = tilt.to_shading(w);
+                let back = tilt.to_surface(s.direction);
+                let precision = 3e-6 * s.jacobian.max(1.0 / s.jacobian);
+                assert!(back.direction.distance(w) < precision, "{theta}° {w} {s:?} {back:?}");
+                assert!((back.jacobian / s.jacobian - 1.0).abs() < 200.0 * precision, "{theta}° {w} {s:?} {back:?}");
+                assert!((tilt.to_shading(-w).direction + s.direction).length() < 1e-6, "{theta}° {w}");
+                if tilt.n_g.dot(w).abs() > 1e-5 {
+                    assert!(tilt.sides_agree(w, &s), "{theta}° {w} {s:?}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn the_jacobian_is_that_of_solid_angles() {
+        for theta in ANGLES.into_iter().filter(|theta| *theta >= 1.0) {
+            let (tilt, mut worst) = (tilt(theta), 0.0_f32);
+            let n = 20_000;
+            // ∫ dω_s/dω dω over the upper half is 2π, and everywhere the ratio of small areas.
+            let mut whole = 0.0;
+            for w in sphere(n) {
+                let s = tilt.to_shading(w);
+                if tilt.n_g.dot(w) > 0.0 {
+                    whole += s.jacobian * 2.0 / n as f32;
+                }
+                let h = 2e-3;
+                let (a, b) = w.any_orthonormal_pair();
+                let at = |d: Vec3| tilt.to_shading((w + d).normalize()).direction;
+                let area = (at(a * h) - at(-a * h)).cross(at(b * h) - at(-b * h)).length() / (4.0 * h * h);
+                // Away from the kinks.
+                if tilt.n_g.dot(w).abs() > 0.1 && w.x.abs() > 0.1 {
+                    worst = worst.max((area / s.jacobian - 1.0).abs());
+                }
+            }
+            assert!((whole - 1.0).abs() < 0.02, "{theta}°: {whole}");
+            assert!(worst < 0.02, "{theta}°: {worst}");
+        }
+    }
+
+    #[test]
+    fn far_from_the_horizons_nothing_moves() {
+        for theta in [1.0, 5.0, 15.0] {
+            let (tilt, limit) = (tilt(theta), (3.1 * theta).to_radians().sin());
+            for w in sphere(2000).filter(|w| w.z.abs() > limit && tilt.n_g.dot(*w).abs() > limit) {
+                assert_eq!((tilt.to_shading(w).direction, tilt.to_shading(w).jacobian), (w, 1.0));
+            }
+        }
+    }
+
+    #[test]
+    fn a_normal_at_the_horizon_is_lifted() {
+        for n in [Vec3::X, Vec3::new(0.999, 0.0, 0.01).normalize(), Vec3::new(0.8, 0.0, -0.6)] {
+            let lifted = lifted(n, Vec3::Z);
+            assert!((lifted.z - STEEPEST).abs() < 1e-6 && lifted.y == 0.0 && lifted.x > 0.99, "{lifted}");
+        }
+        assert_eq!(lifted(Vec3::new(0.6, 0.0, 0.8), Vec3::Z), Vec3::new(0.6, 0.0, 0.8));
+    }
+}
