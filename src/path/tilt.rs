@@ -21,11 +21,8 @@ pub(super) fn to_shading(n_s: DVec3, n_g: DVec3, w: DVec3) -> (DVec3, f64) {
     let m = if theta < FRAC_PI_6 { 3.0 * theta } else { FRAC_PI_2 };
     let cot = |angle: f64| angle.tan().recip();
     // The distances of both horizons and of the direction from a_0, away from N_s.
-    let [horizon_s, horizon_g, distance] = if over > 0.0 {
-        [m, m + theta, over - (FRAC_PI_2 - m)]
-    } else {
-        [m, m - theta, -over - (FRAC_PI_2 - m)]
-    };
+    let [horizon_s, horizon_g, distance] =
+        if over > 0.0 { [m, m + theta, over - (FRAC_PI_2 - m)] } else { [m, m - theta, -over - (FRAC_PI_2 - m)] };
     if distance <= 0.0 {
         return (w, 1.0);
     }

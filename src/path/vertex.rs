@@ -141,8 +141,7 @@ fn sample_tilted(
     };
     let (_, to_light) = transport.sides(known, sampled);
     let factor = tilt.factor(lobe, to_light, &light);
-    let f = scatter.f
-        * mistake!(factor, NoShadingFactor => tilt.factor(lobe, sampled, &after));
+    let f = scatter.f * mistake!(factor, NoShadingFactor => tilt.factor(lobe, sampled, &after));
     Ok(BsdfSample {
         direction: sampled,
         lobe,

@@ -86,12 +86,17 @@ fn a_normal_map_of_45_degrees_keeps_what_a_flat_surface_reflects() {
     let cases = cases.into_iter().chain([0.0, 0.4, 1.0].map(|r| ("plastic", plastic(r))));
     let cases = cases.chain([("diffuse", WHITE), ("pane", pane(1.5, 0.0)), ("rough pane", pane(1.5, 0.5))]);
     for (name, parameters) in cases {
-        let (image, statistics) = render(&furnace(parameters, Some(constant(tilt)), Vec3::Z), IntegratorKind::Path, 2, 256);
+        let (image, statistics) =
+            render(&furnace(parameters, Some(constant(tilt)), Vec3::Z), IntegratorKind::Path, 2, 256);
         let (flat, _) = render(&furnace(parameters, None, angle), IntegratorKind::Path, 2, 256);
         let (found, expected) = (mean(&image), mean(&flat));
         println!("{name}, roughness {}: {found:.4}, flat {expected:.4}", parameters.roughness);
         // The map's bytes turn the normal by a quarter of a degree; a smooth surface has no noise.
-        assert!((found / expected - 1.0).abs() < 0.008, "{name}, roughness {}: {found} {expected}", parameters.roughness);
+        assert!(
+            (found / expected - 1.0).abs() < 0.008,
+            "{name}, roughness {}: {found} {expected}",
+            parameters.roughness
+        );
         assert_eq!(statistics.lost_to_sides, 0, "{name}");
     }
     let (image, _) = render(&furnace(metal(0.0), Some(constant(tilt)), Vec3::Z), IntegratorKind::Path, 2, 4);
@@ -120,7 +125,8 @@ fn a_coarse_ball_has_no_black_crescents() {
         [("mirror", metal(0.0), 2), ("white", WHITE, 2), ("pane", pane(1.5, 0.0), 40), ("no pane", pane(1.0, 0.0), 8)]
     {
         let material = Material::new(name, parameters.bsdf());
-        let (image, statistics) = render(&ball(material, true, scenes::square(48, Filter::Box)), IntegratorKind::Path, depth, 16);
+        let (image, statistics) =
+            render(&ball(material, true, scenes::square(48, Filter::Box)), IntegratorKind::Path, depth, 16);
         let rays = statistics.rays.camera as f64;
         println!("{name}: darkest pixel {}, lost {} of {rays}", darkest(&image), statistics.lost_to_sides);
         let tolerance = if name == "pane" { 0.05 } else { 1e-4 };
@@ -153,7 +159,8 @@ fn an_invisible_pane_has_no_rim() {
 
 /// A room of coarse balls and a steep normal map, one of every kind of lobe, so that N_s and N_g are far apart all over.
 fn tilted_room(sensor: Sensor) -> Scene {
-    let gloss = |metallic, alpha| Bsdf::MetallicRoughness(MetallicRoughness::new(Rgb::new(0.9, 0.8, 0.6), metallic, alpha));
+    let gloss =
+        |metallic, alpha| Bsdf::MetallicRoughness(MetallicRoughness::new(Rgb::new(0.9, 0.8, 0.6), metallic, alpha));
     let mut steep = Maps::new(Parameters { base_color: Rgb::splat(0.7), roughness: 0.5, specular: 1.0, ..WHITE });
     steep.normal = Some(constant(v(0.8, 0.3, 0.6)));
     let frosted = ThinDielectric { color: Rgb::splat(0.9), ior: 1.4, alpha: 0.2, transmission: 0.8 };
@@ -177,7 +184,14 @@ fn tilted_room(sensor: Sensor) -> Scene {
     scenes::cube_inside(&mut g, 1.0, [0, 0, 0, 0, 0, 0]);
     quad(&mut g, [v(-0.95, -0.95, 0.95), v(0.95, -0.95, 0.95), v(0.95, -0.95, -0.95), v(-0.95, -0.95, -0.95)], 1.0, 7);
     quad(&mut g, [v(-0.4, 0.9, -0.4), v(0.4, 0.9, -0.4), v(0.4, 0.9, 0.4), v(-0.4, 0.9, 0.4)], 1.0, 8);
-    let places = [(-0.6, -0.5, -0.6), (0.0, -0.5, -0.6), (0.6, -0.5, -0.6), (-0.6, 0.1, -0.7), (0.0, 0.1, -0.7), (0.6, 0.1, -0.7)];
+    let places = [
+        (-0.6, -0.5, -0.6),
+        (0.0, -0.5, -0.6),
+        (0.6, -0.5, -0.6),
+        (-0.6, 0.1, -0.7),
+        (0.0, 0.1, -0.7),
+        (0.6, 0.1, -0.7),
+    ];
     for ((x, y, z), material) in places.into_iter().zip([1, 2, 3, 4, 5, 6]) {
         coarse_sphere(&mut g, v(x, y, z), 0.25, material);
     }
