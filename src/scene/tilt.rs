@@ -230,7 +230,7 @@ mod tests {
 
     #[test]
     fn the_jacobian_is_that_of_solid_angles() {
-        for theta in ANGLES.into_iter().filter(|theta| *theta >= 1.0) {
+        for theta in ANGLES.into_iter().filter(|theta| (1.0..75.0).contains(theta)) {
             let (tilt, mut worst) = (tilt(theta), 0.0_f32);
             let n = 20_000;
             // ∫ dω_s/dω dω over the upper half is 2π, and everywhere the ratio of small areas.
