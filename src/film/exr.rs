@@ -167,7 +167,10 @@ fn has_long_names(mut attributes: &[u8]) -> Option<bool> {
         let (mut value, rest) = attributes[4..].split_at_checked(usize::try_from(length).ok()?)?;
         attributes = rest;
         long |= name.len() > SHORT || kind.len() > SHORT;
-        while kind == b"chlist" {
+        if kind != b"chlist" {
+            continue;
+        }
+        loop {
             let channel = text(&mut value)?;
             if channel.is_empty() {
                 break;
