@@ -2,6 +2,8 @@
 
 use std::{collections::BTreeMap, path::PathBuf};
 
+use glam::{DVec3, Vec3};
+
 use super::{args::LoadArgs, environment::NEUTRAL, exit::Failure, info_json, terminal};
 use crate::{
     io::{self, Loaded, PunctualLight, Summary, ThinLens, View},
@@ -56,15 +58,21 @@ pub(super) fn describe(loaded: &Loaded) -> String {
         let (instances, meshes) = (geometry.instance_count(), geometry.mesh_count());
         lines.push(format!("instances  {instances} of {meshes} shared meshes, whose triangles are counted in each"));
     }
+    let centre = loaded.centre;
+    // Places in the file's coordinates; f32's shortest digits where they are the scene's own.
+    let at = |p: Vec3| if centre == DVec3::ZERO { p.to_string() } else { (centre + p.as_dvec3()).to_string() };
+    if centre != DVec3::ZERO {
+        lines.push(format!("centre     {centre}, metres: far from the origin, computed from here"));
+    }
     if let Some(bounds) = geometry.bounds() {
-        lines.push(format!("bounds     {} to {}, metres", bounds.min, bounds.max));
+        lines.push(format!("bounds     {} to {}, metres", at(bounds.min), at(bounds.max)));
     }
     lines.push(format!("materials  {}", materials(&loaded.materials)));
     lines.push(format!("lights     {}", lights(loaded)));
     for (index, camera) in loaded.cameras.iter().enumerate() {
         let aspect = camera.aspect.map(|aspect| format!(", aspect {aspect:.3}")).unwrap_or_default();
         let view = view(camera.view);
-        lines.push(format!("camera     {index} '{}': at {}, {view}{aspect}", camera.name, camera.position));
+        lines.push(format!("camera     {index} '{}': at {}, {view}{aspect}", camera.name, at(camera.position)));
     }
     if loaded.cameras.is_empty() {
         lines.push("camera     none; 'render' frames the whole scene".to_owned());

@@ -69,6 +69,7 @@ mistakes! {
     AbsorptionUnconnected "absorption-unconnected" "Connections pass volumes unabsorbed.";
     MirroredFront "mirrored-front" "The front of a mirrored instance is its back.";
     ConstantOffset "constant-offset" "Rays start a constant distance off their surface.";
+    RoundedFar "rounded-far" "Places far from the origin are rounded before they are re-centred.";
     TangentNotMirrored "tangent-not-mirrored" "A mirrored surface keeps the handedness of its tangents.";
     TextureTurnedBackwards "texture-turned-backwards" "A texture's transform turns it the wrong way.";
     SrgbUndecoded "srgb-undecoded" "8-bit colours are taken as linear.";

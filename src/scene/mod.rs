@@ -13,7 +13,7 @@ pub mod texture;
 
 use std::{ops::ControlFlow, sync::OnceLock};
 
-use glam::{Vec2, Vec3};
+use glam::{DVec3, Vec2, Vec3};
 
 use self::{
     areas::SurfaceAreas,
@@ -32,6 +32,8 @@ use crate::{math::Rgb, sampling::PdfArea};
 pub struct Scene {
     /// Where paths end.
     pub camera: Camera,
+    /// Where the origin lies in the coordinates of the file, metres: for what is reported, not for rays.
+    pub centre: DVec3,
     geometry: Geometry,
     materials: Vec<Material>,
     lights: Lights,
@@ -70,7 +72,8 @@ impl Scene {
         let see_through = materials.iter().any(|m| m.coverage != Coverage::Opaque)
             && geometry.with_material(&|id| !opaque(id)).next().is_some();
         let absorbs = materials.iter().any(|m| m.absorption != Rgb::ZERO);
-        Self { camera, geometry, materials, lights, light_of, areas: OnceLock::new(), see_through, absorbs }
+        let centre = DVec3::ZERO;
+        Self { camera, centre, geometry, materials, lights, light_of, areas: OnceLock::new(), see_through, absorbs }
     }
 
     /// The same scene with another choice among the lights for next-event estimation.
