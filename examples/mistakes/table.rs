@@ -70,6 +70,7 @@ pub fn killers(mistake: Mistake) -> &'static [Test] {
         TangentNotMirrored => {
             &[Lib("scene::geometry::attributes::tests::the_images_up_goes_through_a_mirror_with_its_surface")]
         }
+        RoundedFar => &[Lib("io::tests::far::a_scene_looks_alike_wherever_it_lies")],
         TextureTurnedBackwards => &[Lib("io::tests::textures::samplers_transforms_and_sets_are_honoured")],
         FactorBeforeTexture => &[Lib("io::tests::factors::a_constant_texture_is_a_factor")],
         SrgbUndecoded => &[Lib("scene::texture::tests::colours_are_decoded_before_they_are_interpolated")],

@@ -1,6 +1,6 @@
 //! Which camera renders.
 
-use glam::Vec3;
+use glam::{DVec3, Vec3};
 
 use super::{
     args::{SceneArgs, SizeArgs},
@@ -21,14 +21,14 @@ const LARGEST_SIDE: f32 = 32_768.0;
 /// The camera that the options ask for, or the file's first, or one that frames the whole scene; with the lens of the options.
 pub(super) fn choose(args: &SceneArgs, loaded: &Loaded, terminal: Terminal) -> Result<NamedCamera, Failure> {
     let camera = view(args, loaded, terminal)?;
-    let target = args.look_at.map(|look_at| look_at.eye.distance(look_at.target));
+    let target = args.look_at.map(|look_at| look_at.eye.distance(look_at.target) as f32);
     let lens = Lens { aperture: args.aperture, focus: args.focus };
     lens.put_on(camera, target).map_err(Failure::usage)
 }
 
 fn view(args: &SceneArgs, loaded: &Loaded, terminal: Terminal) -> Result<NamedCamera, Failure> {
     if let Some(look_at) = args.look_at {
-        return Ok(looking_at(look_at, loaded.cameras.first()));
+        return Ok(looking_at(look_at, loaded.centre, loaded.cameras.first()));
     }
     if let Some(wanted) = &args.camera {
         let camera = find(&loaded.cameras, wanted).cloned();
@@ -110,15 +110,15 @@ fn list(cameras: &[NamedCamera]) -> String {
     cameras.iter().enumerate().map(one).collect::<Vec<_>>().join(", ")
 }
 
-fn looking_at(look_at: LookAt, instead_of: Option<&NamedCamera>) -> NamedCamera {
+fn looking_at(look_at: LookAt, centre: DVec3, instead_of: Option<&NamedCamera>) -> NamedCamera {
     let of_the_file = instead_of.and_then(|camera| match camera.view {
         View::Perspective { yfov, .. } => Some(yfov),
         View::Orthographic { .. } => None,
     });
     NamedCamera {
         name: "look-at".to_owned(),
-        position: look_at.eye,
-        forward: (look_at.target - look_at.eye).normalize(),
+        position: (look_at.eye - centre).as_vec3(),
+        forward: (look_at.target - look_at.eye).normalize().as_vec3(),
         up: Vec3::Y,
         view: View::Perspective { yfov: look_at.yfov.or(of_the_file).unwrap_or(DEFAULT_YFOV), lens: None },
         aspect: instead_of.and_then(|camera| camera.aspect),

@@ -2,6 +2,8 @@
 
 use std::{collections::BTreeMap, path::PathBuf};
 
+use glam::{DVec3, Vec3};
+
 use super::{args::LoadArgs, environment::NEUTRAL, exit::Failure, info_json, terminal};
 use crate::{
     io::{self, Loaded, PunctualLight, Summary, ThinLens, View},
@@ -57,15 +59,24 @@ pub(super) fn describe(loaded: &Loaded) -> String {
         let (instances, meshes) = (geometry.instance_count(), geometry.mesh_count());
         lines.push(format!("instances  {instances} of {meshes} shared meshes, whose triangles are counted in each"));
     }
+    let centre = loaded.centre;
+    // Places in the file's coordinates; far from its origin six digits say nothing, and millimetres do.
+    let at = |p: Vec3| match centre + p.as_dvec3() {
+        _ if centre == DVec3::ZERO => short_vec(p),
+        far => format!("[{:.3}, {:.3}, {:.3}]", far.x, far.y, far.z),
+    };
+    if centre != DVec3::ZERO {
+        lines.push(format!("centre     {centre}, metres: far from the origin, computed from here"));
+    }
     if let Some(bounds) = geometry.bounds() {
-        lines.push(format!("bounds     {} to {}, metres", short_vec(bounds.min), short_vec(bounds.max)));
+        lines.push(format!("bounds     {} to {}, metres", at(bounds.min), at(bounds.max)));
     }
     lines.push(format!("materials  {}", materials(&loaded.materials)));
     lines.push(format!("lights     {}", lights(loaded)));
     for (index, camera) in loaded.cameras.iter().enumerate() {
         let aspect = camera.aspect.map(|aspect| format!(", aspect {aspect:.3}")).unwrap_or_default();
         let view = view(camera.view);
-        lines.push(format!("camera     {index} '{}': at {}, {view}{aspect}", camera.name, short_vec(camera.position)));
+        lines.push(format!("camera     {index} '{}': at {}, {view}{aspect}", camera.name, at(camera.position)));
     }
     if loaded.cameras.is_empty() {
         lines.push("camera     none; 'render' frames the whole scene".to_owned());

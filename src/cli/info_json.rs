@@ -1,6 +1,6 @@
 //! `pathspace info --json`: the same for programs.
 
-use glam::Vec3;
+use glam::{DVec3, Vec3};
 use serde_json::{Value, json};
 
 use super::info;
@@ -18,7 +18,7 @@ const LAYOUT: u32 = 1;
 /// Everything that is known about a file. Lengths are metres, angles radians; what a file does not say is null.
 pub(super) fn describe(loaded: &Loaded) -> Value {
     let (summary, geometry) = (&loaded.summary, &loaded.geometry);
-    let bounds = geometry.bounds().map(|bounds| json!({ "min": vector(bounds.min), "max": vector(bounds.max) }));
+    let bounds = geometry.bounds().map(|b| json!({ "min": place(loaded, b.min), "max": place(loaded, b.max) }));
     let lights = info::light_kinds(loaded).map(|(count, kind)| (kind.replace(' ', "_"), json!(count)));
     json!({
         "layout": LAYOUT,
@@ -43,11 +43,12 @@ pub(super) fn describe(loaded: &Loaded) -> Value {
             "shared_meshes": geometry.mesh_count(),
             "instances": geometry.instance_count(),
             "bounds": bounds,
+            "centre": loaded.centre.to_array(),
         },
         "materials": loaded.materials.iter().map(material).collect::<Vec<_>>(),
         "lights": Value::Object(lights.into_iter().collect()),
-        "punctual_lights": loaded.lights.iter().map(punctual_light).collect::<Vec<_>>(),
-        "cameras": loaded.cameras.iter().map(camera).collect::<Vec<_>>(),
+        "punctual_lights": loaded.lights.iter().map(|light| punctual_light(loaded, light)).collect::<Vec<_>>(),
+        "cameras": loaded.cameras.iter().map(|c| camera(loaded, c)).collect::<Vec<_>>(),
         "extensions": {
             "used": summary.extensions_used,
             "required": summary.extensions_required,
@@ -97,14 +98,14 @@ fn material(material: &Material) -> Value {
 }
 
 /// Intensities are linear RGB, candela; irradiance is in lux.
-fn punctual_light(light: &PunctualLight) -> Value {
+fn punctual_light(loaded: &Loaded, light: &PunctualLight) -> Value {
     match *light {
         PunctualLight::Point { position, intensity } => {
-            json!({ "type": "point", "position": vector(position), "intensity": vector(intensity) })
+            json!({ "type": "point", "position": place(loaded, position), "intensity": vector(intensity) })
         }
         PunctualLight::Spot { position, direction, intensity, inner, outer } => json!({
             "type": "spot",
-            "position": vector(position),
+            "position": place(loaded, position),
             "direction": vector(direction),
             "intensity": vector(intensity),
             "innerConeAngle": number(inner),
@@ -116,10 +117,10 @@ fn punctual_light(light: &PunctualLight) -> Value {
     }
 }
 
-fn camera(camera: &NamedCamera) -> Value {
+fn camera(loaded: &Loaded, camera: &NamedCamera) -> Value {
     let mut value = json!({
         "name": camera.name,
-        "position": vector(camera.position),
+        "position": place(loaded, camera.position),
         "forward": vector(camera.forward),
         "up": vector(camera.up),
         "aspect": camera.aspect.map(number),
@@ -139,6 +140,11 @@ fn camera(camera: &NamedCamera) -> Value {
         }
     }
     value
+}
+
+/// A place in the file's coordinates, metres; of a scene that was re-centred in f64.
+fn place(loaded: &Loaded, p: Vec3) -> Value {
+    if loaded.centre == DVec3::ZERO { vector(p) } else { json!((loaded.centre + p.as_dvec3()).to_array()) }
 }
 
 fn vector(v: Vec3) -> Value {

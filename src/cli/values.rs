@@ -3,7 +3,7 @@
 use std::{ops::Range, time::Duration};
 
 use clap::builder::{PossibleValuesParser, TypedValueParser};
-use glam::Vec3;
+use glam::DVec3;
 
 use super::progress::Style;
 use crate::{
@@ -24,8 +24,9 @@ use crate::{
 /// `--look-at`: where a camera stands, what it looks at, and its vertical field of view in radians.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct LookAt {
-    pub(super) eye: Vec3,
-    pub(super) target: Vec3,
+    /// In the file's coordinates.
+    pub(super) eye: DVec3,
+    pub(super) target: DVec3,
     pub(super) yfov: Option<f32>,
 }
 
@@ -229,13 +230,13 @@ pub(super) fn shard(text: &str) -> Result<Shard, String> {
 
 /// `ex,ey,ez,tx,ty,tz` and perhaps `,yfov` in degrees.
 pub(super) fn look_at(text: &str) -> Result<LookAt, String> {
-    let (values, yfov) = match &numbers::<f32>(text.trim_end_matches('°'))?[..] {
+    let (values, yfov) = match &numbers::<f64>(text.trim_end_matches('°'))?[..] {
         &[ref values @ .., yfov] if values.len() == 6 => (values.to_vec(), Some(yfov)),
         values if values.len() == 6 => (values.to_vec(), None),
         _ => return Err("six numbers ex,ey,ez,tx,ty,tz, and perhaps a field of view in degrees".to_owned()),
     };
-    let (eye, target) = (Vec3::from_slice(&values[..3]), Vec3::from_slice(&values[3..]));
-    if !eye.is_finite() || !target.is_finite() {
+    let (eye, target) = (DVec3::from_slice(&values[..3]), DVec3::from_slice(&values[3..]));
+    if !eye.as_vec3().is_finite() || !target.as_vec3().is_finite() {
         return Err("coordinates must be finite".to_owned());
     }
     if (target - eye).try_normalize().is_none() {
@@ -244,7 +245,7 @@ pub(super) fn look_at(text: &str) -> Result<LookAt, String> {
     if yfov.is_some_and(|degrees| !(0.001..=179.0).contains(&degrees)) {
         return Err("a vertical field of view lies between 0.001 and 179 degrees".to_owned());
     }
-    Ok(LookAt { eye, target, yfov: yfov.map(f32::to_radians) })
+    Ok(LookAt { eye, target, yfov: yfov.map(|degrees| (degrees as f32).to_radians()) })
 }
 
 /// `off`, or a number of edges, perhaps with the rule before it.
@@ -371,7 +372,7 @@ mod tests {
             assert!(strategy(bad).is_err(), "{bad}");
         }
         let there = look_at("0,1,-2.5,0,0,0,90°").unwrap();
-        assert_eq!((there.eye, there.target), (Vec3::new(0.0, 1.0, -2.5), Vec3::ZERO));
+        assert_eq!((there.eye, there.target), (DVec3::new(0.0, 1.0, -2.5), DVec3::ZERO));
         assert_eq!(there.yfov, Some(90.0_f32.to_radians()));
         assert_eq!(look_at("0,1,2,0,0,0").unwrap().yfov, None);
         for bad in ["0,0,0,0,0,0", "0,0,0,1,1", "0,0,0,1,1,nan", "0,0,0,1,1,1,0", "0,0,0,1,1,1,180", "1,2,3,4,5,6,7,8"]

@@ -241,7 +241,7 @@ fn count(accessors: Accessors<'_>, attributes: &Attributes, placed: &Placed) -> 
 }
 
 /// Where the node shows its mesh: once, or for each instance at node · T · R · S.
-fn transforms(accessors: Accessors<'_>, node: &Node, placed: &Placed) -> Result<Vec<DAffine3>, Fault> {
+pub(super) fn transforms(accessors: Accessors<'_>, node: &Node, placed: &Placed) -> Result<Vec<DAffine3>, Fault> {
     let Some(attributes) = attributes(node, placed)? else { return Ok(vec![placed.to_world]) };
     let Some(n) = count(accessors, &attributes, placed)? else { return Ok(vec![placed.to_world]) };
     let read = |index: Option<Index<Accessor>>, default: Vec3| match index {

@@ -31,6 +31,10 @@
 //! or `zfar`: a perspective camera sees all that is before its lens, an orthographic one all that is before the plane of its
 //! film through the node's origin.
 //!
+//! # Far from the origin
+//! Nodes are placed in f64, with the numbers of the JSON. Where a scene lies far from the file's origin, [`Loaded::centre`] becomes the
+//! origin of all that is read before it is rounded to f32; it is zero for others.
+//!
 //! # Materials
 //! Which glTF material becomes which BSDF stands at [`Parameters::bsdf`](crate::scene::material::Parameters::bsdf). `doubleSided` decides which sides of an
 //! emitter emit, and what [`Scene::culling_back_faces`] hides from the camera. Otherwise back faces are there and reflect as front faces do.
@@ -47,6 +51,7 @@ mod document;
 mod environment;
 mod error;
 mod extensions;
+mod far;
 mod image;
 mod instancing;
 mod light;
@@ -67,7 +72,7 @@ mod tests;
 
 use std::{collections::HashMap, path::Path};
 
-use glam::Vec3;
+use glam::{DVec3, Vec3};
 use gltf_json::Root;
 use serde_json::Value;
 
@@ -102,6 +107,9 @@ use node::{Placed, is_near};
 pub struct Loaded {
     /// Triangles, spheres and instances, not yet built into a tree.
     pub geometry: Geometry,
+    /// Where the origin of everything here lies in the file's coordinates, metres: zero, or the place around which the detail of a
+    /// scene lies that is far from the file's origin.
+    pub centre: DVec3,
     /// The materials: those of the file in its order, then the default one and those of meshes with vertex colours, as far as
     /// something uses them.
     pub materials: Vec<Material>,
@@ -130,7 +138,9 @@ impl Loaded {
     /// As [`Scene::new`].
     pub fn into_scene(self, camera: Camera, environment: Option<Light>) -> Scene {
         let lights: Vec<_> = self.lights.iter().map(PunctualLight::to_light).chain(environment).collect();
-        Scene::new(self.geometry, self.materials, &lights, camera)
+        let mut scene = Scene::new(self.geometry, self.materials, &lights, camera);
+        scene.centre = self.centre;
+        scene
     }
 }
 
@@ -200,6 +210,7 @@ pub fn read(bytes: &[u8], folder: &Path, file: &str, options: &LoadOptions<'_>) 
     let chunks = document::chunks(bytes, file)?;
     let mut warnings = Vec::new();
     let mut root = document::parse(chunks.json, options.required, file, &mut warnings)?;
+    let exact = far::exact(&root, chunks.json);
     scenes::choose(&mut root, options.scene, file, &mut warnings)?;
     match root.animations.len() {
         0 => {}
@@ -212,7 +223,7 @@ pub fn read(bytes: &[u8], folder: &Path, file: &str, options: &LoadOptions<'_>) 
         let images = Images::new(&root, &buffers, place, &mut hash);
         let materials = material::all(&root, images, &mut warnings)?;
         let mut scene = Assembly::new(&root, &buffers, place.limits, materials, warnings);
-        scene.nodes()?;
+        scene.nodes(&exact)?;
         let lit = |id: MaterialId| !scene.materials[scene.sources[id.0 as usize]].unlit();
         let outshone = light::outshone(&scene.loaded, lit).map(|(id, what)| {
             let name = quoted(&scene.loaded.materials[id.0 as usize].name);
@@ -277,6 +288,7 @@ impl<'a> Assembly<'a> {
             sources: (0..root.materials.len()).collect(),
             loaded: Loaded {
                 geometry: Geometry::default(),
+                centre: DVec3::ZERO,
                 materials: materials.iter().take(root.materials.len()).map(material::Read::plain).collect(),
                 lights: Vec::new(),
                 cameras: Vec::new(),
@@ -288,9 +300,17 @@ impl<'a> Assembly<'a> {
         }
     }
 
-    fn nodes(&mut self) -> Result<(), Fault> {
-        let nodes = node::hierarchy(self.root, self.limits.depth, &mut self.loaded.warnings)?;
+    fn nodes(&mut self, exact: &[Value]) -> Result<(), Fault> {
+        let mut nodes = node::hierarchy(self.root, exact, self.limits.depth, &mut self.loaded.warnings)?;
         self.count_uses(&nodes)?;
+        let extents = self.extents(&nodes)?;
+        let centre = far::Centre::of(&extents);
+        self.loaded.warnings.extend(centre.warning(&extents));
+        self.loaded.centre = centre.at;
+        for Placed { to_world, .. } in &mut nodes {
+            let at = to_world.translation;
+            to_world.translation = mistake!(at, RoundedFar => at.as_vec3().as_dvec3()) - centre.at;
+        }
         for placed in &nodes {
             let Some(node) = self.root.nodes.get(placed.index) else { continue };
             if let Some(mesh) = node.mesh {

@@ -3,7 +3,9 @@
 use glam::{DAffine3, DMat3, DMat4, DQuat, DVec3, Vec3};
 use gltf_json::{Index, Node, Root};
 
-use super::{error::Fault, limits::Limit};
+use serde_json::Value;
+
+use super::{error::Fault, far, limits::Limit};
 
 /// Metres from the world's origin beyond which nothing may lie: squared distances and areas must stay in the range of f32.
 const FARTHEST: f32 = 1e17;
@@ -53,8 +55,13 @@ impl Placed {
 }
 
 /// Every node of the scene, parents before children. Nothing recurses, so no depth of nesting can exhaust the stack;
-/// `depth` is the most there may be.
-pub(super) fn hierarchy(root: &Root, depth: u64, warnings: &mut Vec<String>) -> Result<Vec<Placed>, Fault> {
+/// `depth` is the most there may be, `exact` what [`far::exact`] gives.
+pub(super) fn hierarchy(
+    root: &Root,
+    exact: &[Value],
+    depth: u64,
+    warnings: &mut Vec<String>,
+) -> Result<Vec<Placed>, Fault> {
     let parents = parents(root)?;
     let mut placed = Vec::new();
     let mut stack: Vec<_> =
@@ -65,7 +72,7 @@ pub(super) fn hierarchy(root: &Root, depth: u64, warnings: &mut Vec<String>) -> 
             return Err(Fault::too_large(format!("/nodes/{index}"), what));
         }
         let Some(node) = root.nodes.get(index) else { continue };
-        let to_world = parent * local(node, index)?;
+        let to_world = parent * local(node, exact.get(index), index)?;
         if !to_world.is_finite() || !is_near(to_world.translation.as_vec3()) {
             let what =
                 format!("the node's transform to world space is not finite, or farther than {FARTHEST:e} m away");
@@ -142,22 +149,25 @@ fn roots(root: &Root, parents: &[Option<usize>], warnings: &mut Vec<String>) -> 
 }
 
 /// The node's own transform: a matrix, or translation · rotation · scale.
-fn local(node: &Node, index: usize) -> Result<DAffine3, Fault> {
+fn local(node: &Node, exact: Option<&Value>, index: usize) -> Result<DAffine3, Fault> {
     let fail = |member: &str, what: &str| Fault::invalid(format!("/nodes/{index}/{member}"), what);
     if let Some(matrix) = node.matrix {
         if !matrix.iter().all(|x| x.is_finite()) {
             return Err(fail("matrix", "the matrix is not finite"));
         }
-        let matrix = DMat4::from_cols_array(&matrix.map(f64::from));
+        let matrix = DMat4::from_cols_array(&far::numbers(exact, "matrix", matrix));
         if (matrix.row(3) - DVec3::ZERO.extend(1.0)).abs().max_element() > 1e-6 {
             return Err(fail("matrix", "the last row of the matrix is not 0 0 0 1"));
         }
         return Ok(DAffine3::from_mat4(matrix));
     }
-    let vector = |v: Option<[f32; 3]>, default: DVec3| v.map_or(default, |v| Vec3::from(v).as_dvec3());
-    let scale = vector(node.scale, DVec3::ONE);
-    let translation = vector(node.translation, DVec3::ZERO);
-    let rotation = node.rotation.map_or(DQuat::IDENTITY, |r| DQuat::from_array(r.0.map(f64::from)));
+    let vector = |v: Option<[f32; 3]>, member: &str, default: DVec3| {
+        v.map_or(default, |v| DVec3::from(far::numbers(exact, member, v)))
+    };
+    let scale = vector(node.scale, "scale", DVec3::ONE);
+    let translation = vector(node.translation, "translation", DVec3::ZERO);
+    let rotation = |r: [f32; 4]| DQuat::from_array(far::numbers(exact, "rotation", r));
+    let rotation = node.rotation.map_or(DQuat::IDENTITY, |r| rotation(r.0));
     if !scale.is_finite() || !translation.is_finite() || !rotation.is_finite() {
         return Err(fail("scale", "the node's translation, rotation or scale is not finite"));
     }

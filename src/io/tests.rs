@@ -4,6 +4,7 @@ mod corpus;
 mod environment;
 mod errors;
 mod factors;
+mod far;
 mod instancing;
 mod pose;
 mod reading;
@@ -88,7 +89,7 @@ fn world(document: &Value) -> mesh::World {
     let mut hash = Hash::new();
     let materials = material::all(&root, Images::new(&root, &buffers, place, &mut hash), &mut warnings).unwrap();
     let parts = mesh::read(&root, Accessors::new(&root, &buffers), &materials, 0, &[], &mut warnings).unwrap();
-    let nodes = super::node::hierarchy(&root, limits.depth, &mut warnings).unwrap();
+    let nodes = super::node::hierarchy(&root, &[], limits.depth, &mut warnings).unwrap();
     mesh::place(&parts[0], nodes.last().unwrap()).unwrap()
 }
 

@@ -76,6 +76,7 @@ mistakes! {
     IndexAgainstVacuum "index-against-vacuum" "η at an interface is that against empty space, whatever medium is before it.";
     MirroredFront "mirrored-front" "The front of a mirrored instance is its back.";
     ConstantOffset "constant-offset" "Rays start a constant distance off their surface.";
+    RoundedFar "rounded-far" "Places far from the origin are rounded before they are re-centred.";
     TangentNotMirrored "tangent-not-mirrored" "A mirrored surface keeps the handedness of its tangents.";
     TextureTurnedBackwards "texture-turned-backwards" "A texture's transform turns it the wrong way.";
     FactorBeforeTexture "factor-before-texture" "What transmits is decided by the metallic factor without its texture.";

@@ -21,7 +21,7 @@ pub struct Data {
     pub shading_normal: Vec<Vec3>,
     /// N_g.
     pub normal: Vec<Vec3>,
-    /// World space, metres.
+    /// In the coordinates of the file, metres.
     pub position: Vec<Vec3>,
     /// Along the camera's axis, metres.
     pub depth: Vec<f32>,
@@ -75,12 +75,21 @@ impl Renderer<'_> {
             albedo: mean(|s| s.albedo),
             shading_normal: mean(|s| s.shading_normal),
             normal: mean(|s| s.normal),
-            position: mean(|s| s.position),
+            position: self.positions(&all),
             depth: all.iter().map(|s| (s.depth / f64::from(s.hits.max(1))) as f32).collect(),
             material: id(0),
             primitive: id(1),
             instance: id(2),
         }
+    }
+
+    /// The mean places in the file's coordinates, rounded once.
+    fn positions(&self, all: &[Sums]) -> Vec<Vec3> {
+        let one = |s: &Sums| match s.hits {
+            0 => Vec3::ZERO,
+            hits => (self.scene.centre + s.position / f64::from(hits)).as_vec3(),
+        };
+        all.iter().map(one).collect()
     }
 
     fn sums_of<S: Sampler>(&self, pixel: Pixel) -> Sums {

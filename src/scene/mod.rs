@@ -15,7 +15,7 @@ pub mod tilt;
 
 use std::{ops::ControlFlow, sync::OnceLock};
 
-use glam::{Vec2, Vec3};
+use glam::{DVec3, Vec2, Vec3};
 
 use self::{
     areas::SurfaceAreas,
@@ -38,6 +38,8 @@ use crate::{
 pub struct Scene {
     /// Where paths end.
     pub camera: Camera,
+    /// Where the origin lies in the coordinates of the file, metres: for what is reported, not for rays.
+    pub centre: DVec3,
     geometry: Geometry,
     materials: Vec<Material>,
     lights: Lights,
@@ -78,8 +80,8 @@ impl Scene {
         let see_through = materials.iter().any(|m| m.coverage != Coverage::Opaque)
             && geometry.with_material(&|id| !opaque(id)).next().is_some();
         let media = Media::new(&geometry, &materials, &lights).map(Box::new);
-        let areas = OnceLock::new();
-        Self { camera, geometry, materials, lights, light_of, areas, see_through, media, culls: false }
+        let (centre, areas) = (DVec3::ZERO, OnceLock::new());
+        Self { camera, centre, geometry, materials, lights, light_of, areas, see_through, media, culls: false }
     }
 
     /// The same scene with another choice among the lights for next-event estimation.
