@@ -150,11 +150,12 @@ impl Tilt {
         }
         let scale = stretch.sqrt();
         let moved = w + across * (sheared_x * scale - x) + self.n_s * (sheared_y * scale - y);
-        let jacobian = match to {
+        let of_map = match to {
             To::Shading => stretch,
             To::Surface => 1.0 / stretch,
         };
-        Tilted { direction: moved.normalize(), jacobian: mistake!(jacobian, TiltJacobian => 1.0) }
+        let jacobian = mistake!(of_map, TiltJacobian => 1.0);
+        Tilted { direction: moved.normalize(), jacobian }
     }
 
     /// Whether `w` over N_g and its ω_s lie on the same side of the surface, as they do short of rounding at the horizons. Where they do
