@@ -82,7 +82,7 @@ fn classes_and_coverage_are_those_of_the_definition() {
 fn a_planted_bias_is_a_disagreement_where_it_is() {
     let scene = scene("cornell-box");
     let kinds = [IntegratorKind::Path, IntegratorKind::Light, IntegratorKind::Hybrid];
-    let plan = plan(&kinds, 150);
+    let plan = plan(&kinds, 220);
     let tables = kinds.iter().map(|kind| Integrator::new(*kind, scene.camera.sensor(), 8, plan.roulette)).collect();
     let setting = Setting::new(&scene, tables);
     let films: Vec<_> = kinds.iter().map(|_| Films::new()).collect();

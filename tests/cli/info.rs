@@ -70,7 +70,7 @@ fn info_says_which_volumes_are_no_bodies() {
     let document = triangle("0").replace(r#""meshes": [{ "primitives": [{ "#, glass);
     fs::write(run.path("open.gltf"), document).unwrap();
     let text = stdout(&run.pathspace(&["info", "open.gltf"]));
-    assert!(text.contains("'window'") && text.contains("not closed (3 edges"), "{text}");
+    assert!(text.contains("“window”") && text.contains("not closed (3 edges"), "{text}");
     let info: serde_json::Value =
         serde_json::from_str(&stdout(&run.pathspace(&["info", "open.gltf", "--json"]))).unwrap();
     assert!(info["warnings"][0].as_str().is_some_and(|w| w.contains("not closed (3 edges")), "{info}");

@@ -304,7 +304,9 @@ fn an_attenuation_distance_of_zero_is_infinite() {
         set(&mut material, "/extensions/KHR_materials_volume", volume);
         let loaded = load(&textured(&one_texel([0; 4]), &material)).unwrap();
         assert!((loaded.materials[0].absorption - Rgb::splat(expected)).abs().max_element() < 1e-6);
-        assert_eq!(loaded.warnings.len(), warnings, "{:?}", loaded.warnings);
-        assert!(loaded.warnings.iter().all(|text| text.contains("counts as infinite") && text.len() < 120));
+        // The triangle bounds no volume, which is another warning.
+        let infinite: Vec<_> = loaded.warnings.iter().filter(|text| text.contains("counts as infinite")).collect();
+        assert_eq!(infinite.len(), warnings, "{:?}", loaded.warnings);
+        assert!(infinite.iter().all(|text| text.len() < 120), "{infinite:?}");
     }
 }
