@@ -4,6 +4,7 @@
 pub mod areas;
 pub mod bsdf;
 pub mod camera;
+mod coincident;
 pub mod geometry;
 pub mod light;
 mod light_index;
@@ -56,15 +57,17 @@ pub struct Traced {
 }
 
 impl Scene {
-    /// Drops what is in `geometry` twice ([`Geometry::drop_copies`]), builds the trees over the rest and gathers all lights: emissive
-    /// primitives first, then `others`.
+    /// Drops what is in `geometry` twice ([`Geometry::drop_copies`]), builds the trees over the rest, finds what coincides
+    /// ([`Geometry::find_coincident`]) and gathers all lights: emissive primitives first, then `others`.
     ///
     /// # Panics
     /// If a primitive's material is not in `materials`, or `others` holds more than one environment.
     pub fn new(mut geometry: Geometry, materials: Vec<Material>, others: &[Light], camera: Camera) -> Self {
         let opaque = |id: MaterialId| materials[id.0 as usize].coverage == Coverage::Opaque;
-        geometry.drop_copies(opaque);
+        let roles: Vec<_> = materials.iter().map(Material::role).collect();
+        geometry.drop_copies(opaque, |id| roles[id.0 as usize]);
         geometry.build();
+        geometry.find_coincident(roles);
         let lights = Lights::new(&geometry, &materials, others);
         let light_of = LightIndex::new(&geometry, &lights);
         let see_through = materials.iter().any(|m| m.coverage != Coverage::Opaque)
@@ -107,12 +110,15 @@ impl Scene {
     /// The surface point where a ray in the unit direction `w` from `origin` stops, other than on the flat primitive `skip`.
     ///
     /// At each surface with 0 < α < 1, front to back, `stops(α)` decides. With α = 1 the ray stops and with α = 0 it passes,
-    /// without a question.
+    /// without a question. Surfaces that coincide are met in the order of their [`geometry::Rank`].
     #[inline(always)]
     pub fn trace_ray(&self, origin: Vec3, w: Vec3, skip: PrimitiveId, mut stops: impl FnMut(f32) -> bool) -> Traced {
         let ray = Ray { origin, direction: w, t_max: f32::INFINITY };
         let mut visibility = 1.0;
         let mut next = self.geometry.closest(&ray, skip);
+        if self.geometry.has_coincident() {
+            return self.trace_among_coincident(ray, skip, next, stops);
+        }
         while let Some(hit) = next.filter(|_| self.see_through) {
             let alpha = self.alpha(&hit);
             if alpha == 1.0 || (alpha > 0.0 && stops(alpha)) {
@@ -132,17 +138,17 @@ impl Scene {
         Point::on_surface(&self.geometry, &self.materials, hit.primitive, &surface, light)
     }
 
-    /// α in [0, 1] where a ray hits: [`Point::alpha`] of the point there, without the rest of it.
+    /// α in [0, 1] where a ray hits: [`Point::alpha`] of the point there if nothing coincides, without the rest of it.
     #[inline]
     pub fn alpha(&self, hit: &Hit) -> f32 {
-        let material = self.material(self.geometry.material(hit.primitive));
-        material.alpha(|| self.geometry.attributes(hit.primitive, hit.barycentric))
+        coincident::alpha(&self.geometry, &self.materials, hit)
     }
 
     /// V(a↔b) in [0, 1]: the product of 1 − α over what the segment between the two points crosses, so 0 or 1 where all is
     /// opaque. At most one of the points is infinite.
     ///
-    /// Where surfaces coincide, the one on which an end lies and the others do not count: the segment starts off all of them.
+    /// An end that coincident surfaces hide altogether sees nothing. What they leave of an end is its [`Point::alpha`], so here they do
+    /// not count: the segment starts off all of them.
     #[inline(always)]
     pub fn visible(&self, a: &Point, b: &Point) -> f32 {
         let (a, b) = if a.place == Place::Infinite { (b, a) } else { (a, b) };
@@ -152,6 +158,9 @@ impl Scene {
             let ab = b.position - a.position;
             Ray::between(a.ray_origin(ab), b.ray_origin(-ab))
         };
+        if self.geometry.has_coincident() {
+            return self.visible_among_coincident(&ray, a, b);
+        }
         let skip = [a.primitive, b.primitive];
         if mistake!(!self.see_through, OpaqueToShadows => true) {
             return if self.geometry.occluded(&ray, skip) { 0.0 } else { 1.0 };

@@ -7,6 +7,7 @@ use glam::{Vec2, Vec3};
 use super::{
     Attributes, Bounds, Interpolation, MaterialId, Surface,
     bvh::{Primitive, Shape},
+    coincident::Role,
     triangle::Triangle,
 };
 
@@ -94,29 +95,40 @@ impl Mesh {
     }
 
     /// See [`super::Geometry::drop_copies`].
-    pub(super) fn drop_copies(&mut self, opaque: impl Fn(MaterialId) -> bool) {
-        // By corners the first triangle's material, or that of the first opaque one; and what came between them.
-        let mut first = HashMap::with_capacity(self.triangles.len());
-        let mut more = HashSet::new();
+    pub(super) fn drop_copies(&mut self, opaque: impl Fn(MaterialId) -> bool, role: impl Fn(MaterialId) -> Role) {
         let positions = &self.positions;
-        self.triangles.retain(|t| {
+        let corners = |t: &IndexedTriangle| {
             // + 0: −0 is the same place.
             let mut corners = t.corners.map(|i| (positions[i as usize] + 0.0).to_array().map(f32::to_bits));
             corners.sort_unstable();
-            match first.entry(corners) {
+            corners
+        };
+        // Of triangles with the same corners: the order in which they are there, as far as the first that is opaque.
+        let rank = |index: usize, t: &IndexedTriangle| (role(t.material).precedence, index);
+        let last = |index, t: &IndexedTriangle| opaque(t.material).then(|| rank(index, t));
+        let mut of_corners = HashMap::with_capacity(self.triangles.len());
+        let mut several = false;
+        for (index, t) in self.triangles.iter().enumerate() {
+            match of_corners.entry(corners(t)) {
                 Entry::Vacant(place) => {
-                    place.insert(t.material);
-                    true
+                    place.insert(last(index, t));
                 }
                 Entry::Occupied(mut place) => {
-                    let known = *place.get();
-                    let stays = !opaque(known) && known != t.material && more.insert((corners, t.material));
-                    if stays && opaque(t.material) {
-                        place.insert(t.material);
-                    }
-                    stays
+                    several = true;
+                    let first = [*place.get(), last(index, t)].into_iter().flatten().min();
+                    place.insert(first);
                 }
             }
+        }
+        if !several {
+            return;
+        }
+        let mut kept = HashSet::new();
+        let mut index = 0..;
+        self.triangles.retain(|t| {
+            let (corners, index) = (corners(t), index.next().expect("a number"));
+            let seen = of_corners[&corners].is_none_or(|last| rank(index, t) <= last);
+            seen && kept.insert((corners, t.material))
         });
     }
 
@@ -169,12 +181,17 @@ impl Mesh {
         (0..self.len()).map(|index| Primitive { shape: Shape::Triangle(self.triangle(index)), index })
     }
 
+    /// A bound on the error of surfaces of triangles whose coordinates are at most `size`.
+    pub(super) fn error_at_most(size: f32) -> f32 {
+        // The barycentric coordinates of a surface add up to a little more than 1 at most.
+        GAMMA_7 * size * (1.0 + 4.0 * f32::EPSILON)
+    }
+
     /// The surface in the mesh's own space, at the barycentric coordinates `b`.
     ///
     /// The bound on the position's error is γ₇ Σ|bᵢpᵢ| (Pharr, Jakob & Humphreys, *Physically Based Rendering*, 6.8.4).
     #[inline(always)]
     pub(super) fn surface(&self, index: u32, b: Vec2) -> Surface {
-        const GAMMA_7: f32 = 7.0 * (f32::EPSILON / 2.0) / (1.0 - 7.0 * (f32::EPSILON / 2.0));
         let triangle = &self.triangles[index as usize];
         // Not by `map`, which is inlined or not as the size of what is around it goes.
         let [i, j, k] = triangle.corners;
@@ -186,6 +203,8 @@ impl Mesh {
         Surface { position: p + q + r, normal, shading_normal, error, barycentric: b }
     }
 }
+
+const GAMMA_7: f32 = 7.0 * (f32::EPSILON / 2.0) / (1.0 - 7.0 * (f32::EPSILON / 2.0));
 
 /// N_s from the normals of a triangle's corners, on the side of N_g; N_g where there are none, or they have no direction.
 #[inline(always)]
