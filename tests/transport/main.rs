@@ -7,6 +7,7 @@ mod alpha;
 mod area;
 mod cameras;
 mod closed_forms;
+mod coincident;
 mod covering;
 mod exactness;
 mod gallery;
