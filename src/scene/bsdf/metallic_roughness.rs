@@ -90,7 +90,8 @@ impl MetallicRoughness {
         let passed = self.coat().passed(split, hemisphere.coat_multiple);
         // A rough lobe sees facets at all angles, and must not be left to cosines where the macroscopic surface reflects nothing
         // (f0 = 0, normal incidence).
-        let grazing = if self.is_smooth() { split.grazing } else { split.grazing.max(self.alpha * MEAN_SCHLICK_WEIGHT) };
+        let grazing =
+            if self.is_smooth() { split.grazing } else { split.grazing.max(self.alpha * MEAN_SCHLICK_WEIGHT) };
         let facets = (self.reflectance(0.0) * split.normal + self.reflectance(1.0) * grazing).max_element();
         let cosine = (self.albedo() * passed + hemisphere.multiple * split.missing).max_element();
         (split, passed, ratio(facets, cosine))
@@ -113,11 +114,8 @@ impl MetallicRoughness {
         let hemisphere = self.hemisphere();
         let (camera, passed_camera, p_camera) = self.end(to_camera, &hemisphere);
         let (light, passed_light, p_light) = self.end(to_light, &hemisphere);
-        let passed_average = if self.is_specular() {
-            self.coat().passed(hemisphere.average, hemisphere.coat_multiple)
-        } else {
-            1.0
-        };
+        let passed_average =
+            if self.is_specular() { self.coat().passed(hemisphere.average, hemisphere.coat_multiple) } else { 1.0 };
         let diffuse = cosine_lobe(
             self.albedo() * product_lobe(passed_camera, passed_light, passed_average),
             (to_camera, 1.0 - p_camera),

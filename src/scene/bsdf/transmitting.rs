@@ -3,7 +3,9 @@
 use glam::Vec3;
 
 use super::{
-    Scatter, albedo::Split, cosine_on_side, fresnel,
+    Scatter,
+    albedo::Split,
+    cosine_on_side, fresnel,
     layer::{Coat, MEAN_SCHLICK_WEIGHT, cosine_lobe, product_lobe, ratio},
 };
 use crate::math::Rgb;

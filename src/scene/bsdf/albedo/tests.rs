@@ -108,8 +108,7 @@ fn write_the_tables() {
     }
     for side in 0..2 {
         for at in 0..BOUNDARY_SIZE {
-            let (i, j, k) =
-                (at % BOUNDARY[0], at / BOUNDARY[0] % BOUNDARY[1], at / (BOUNDARY[0] * BOUNDARY[1]));
+            let (i, j, k) = (at % BOUNDARY[0], at / BOUNDARY[0] % BOUNDARY[1], at / (BOUNDARY[0] * BOUNDARY[1]));
             let (mu, alpha, eta) =
                 parameters([fraction(i, BOUNDARY[0]), fraction(j, BOUNDARY[1]), fraction(k, BOUNDARY[2])]);
             let a = albedo(mu, alpha, if side == 0 { eta } else { 1.0 / eta }, 112);
