@@ -241,7 +241,15 @@ impl<'a> JoinedPath<'a> {
     #[inline]
     pub fn transmits(&self, i: u32) -> bool {
         let p = self.point(i);
-        let side = |j: u32| p.normal.dot(Edge::between(p, self.point(j)).direction) > 0.0;
+        let side = |j: u32| {
+            let q = self.point(j);
+            // The difference in f64: a grazing step of a rounding's size has a side, too.
+            let w = match q.place {
+                Place::Infinite | Place::Film => Edge::between(p, q).direction.as_dvec3(),
+                Place::Surface | Place::Degenerate => q.position.as_dvec3() - p.position.as_dvec3(),
+            };
+            p.normal.as_dvec3().dot(w) > 0.0
+        };
         side(i - 1) != side(i + 1)
     }
 
