@@ -346,12 +346,13 @@ impl Scene {
     }
 
     /// The part of the image, in [0, 1], in which the camera's first surface has delta lobes: what light tracing cannot
-    /// connect to the lens. Estimated as [`Self::seen_fraction`].
+    /// connect to the lens. Estimated with one ray for each cell of a 64 × 64 grid.
     pub fn seen_specular_fraction(&self) -> f32 {
         self.seen_fraction(|point, _| point.bsdf.delta_count() > 0)
     }
 
-    /// The part of the image, in [0, 1], that shows the back face of a single-sided material. Estimated as [`Self::seen_fraction`].
+    /// The part of the image, in [0, 1], that shows the back face of a single-sided material. Estimated with one ray for each
+    /// cell of a 64 × 64 grid.
     pub fn seen_back_face_fraction(&self) -> f32 {
         self.seen_fraction(|point, w| point.normal.dot(w) > 0.0 && hides_back_faces(self.material(point.material)))
     }
