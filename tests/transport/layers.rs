@@ -11,7 +11,7 @@ use pathspace::{
     path::{JoinedPath, Path, Technique},
     render::{Renderer, Settings},
     sampling::{Filter, SamplerKind},
-    scene::{Scene, camera::Sensor},
+    scene::{Scene, camera::Sensor, point::Place},
 };
 
 use crate::scenes;
@@ -124,7 +124,10 @@ fn an_expressions_layer_is_the_render_of_its_paths() {
     // A vertex between two others is passed if these lie on different sides of its surface.
     let passes = |path: &Path<'_>| {
         let at = |i: usize| path.vertices()[i].point.position.as_dvec3();
-        let side = |i: usize, j: usize| path.vertices()[i].point.normal.as_dvec3().dot(at(j) - at(i)) > 0.0;
+        // Of an infinite vertex it is the direction already.
+        let infinite = |i: usize| path.vertices()[i].point.place == Place::Infinite;
+        let towards = |i: usize, j: usize| if infinite(j) { at(j) } else { at(j) - at(i) };
+        let side = |i: usize, j: usize| path.vertices()[i].point.normal.as_dvec3().dot(towards(i, j)) > 0.0;
         (1..path.edges()).any(|i| side(i, i - 1) != side(i, i + 1))
     };
     for integrator in [IntegratorKind::Path, IntegratorKind::Light, IntegratorKind::Bdpt] {

@@ -159,7 +159,7 @@ fn agreement_on_a_normal_mapped_plane() {
 
 #[test]
 fn agreement_on_a_coarse_mesh_with_smooth_normals() {
-    agreement("smooth-octahedron", &smooth_octahedron(scenes::square(16, Filter::Box)), &ALL, Compared::Scattered);
+    agreement("smooth-octahedron", &smooth_octahedron(scenes::square(20, Filter::Box)), &ALL, Compared::Scattered);
 }
 
 #[test]
