@@ -4,7 +4,7 @@ use glam::{Vec2, Vec3, Vec4Swizzles as _};
 
 use super::{
     bsdf::{Bsdf, Dielectric, Diffuse, MetallicRoughness, ThinDielectric},
-    geometry::{Interpolation, TangentFrame},
+    geometry::{Interpolation, Precedence, Role, TangentFrame},
     texture::Texture,
     tilt::lifted,
 };
@@ -364,6 +364,24 @@ impl Material {
     /// The BSDF at a place, as it is against empty space.
     pub fn bsdf_at<'a>(&self, at: impl FnOnce() -> Interpolation<'a>) -> Bsdf {
         self.maps.as_ref().map_or(self.bsdf, |maps| maps.parameters(&at()).bsdf())
+    }
+
+    /// What it is among coincident surfaces.
+    pub fn role(&self) -> Role {
+        let transmits = match &self.maps {
+            Some(maps) => maps.factors.boundary == Boundary::Thin && maps.factors.transmission > 0.0,
+            None => matches!(self.bsdf, Bsdf::Thin(_)),
+        };
+        let bounds_volume = match &self.maps {
+            Some(maps) => maps.factors.boundary == Boundary::Volume,
+            None => matches!(self.bsdf, Bsdf::Dielectric(_)),
+        };
+        let precedence = match (self.emits(), transmits || bounds_volume) {
+            (true, _) => Precedence::Emitter,
+            (_, true) => Precedence::Transmitting,
+            _ => Precedence::Opaque,
+        };
+        Role { precedence, bounds_volume }
     }
 
     /// A Lambertian reflector.

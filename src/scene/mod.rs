@@ -4,6 +4,7 @@
 pub mod areas;
 pub mod bsdf;
 pub mod camera;
+mod coincident;
 pub mod geometry;
 pub mod light;
 mod light_index;
@@ -66,15 +67,17 @@ pub struct Traced {
 }
 
 impl Scene {
-    /// Drops what is in `geometry` twice ([`Geometry::drop_copies`]), builds the trees over the rest and gathers all lights: emissive
-    /// primitives first, then `others`.
+    /// Drops what is in `geometry` twice ([`Geometry::drop_copies`]), builds the trees over the rest, finds what coincides
+    /// ([`Geometry::find_coincident`]) and gathers all lights: emissive primitives first, then `others`.
     ///
     /// # Panics
     /// If a primitive's material is not in `materials`, or `others` holds more than one environment.
     pub fn new(mut geometry: Geometry, materials: Vec<Material>, others: &[Light], camera: Camera) -> Self {
         let opaque = |id: MaterialId| materials[id.0 as usize].coverage == Coverage::Opaque;
-        geometry.drop_copies(opaque);
+        let roles: Vec<_> = materials.iter().map(Material::role).collect();
+        geometry.drop_copies(opaque, |id| roles[id.0 as usize]);
         geometry.build();
+        geometry.find_coincident(roles);
         let lights = Lights::new(&geometry, &materials, others);
         let light_of = LightIndex::new(&geometry, &lights);
         let see_through = materials.iter().any(|m| m.coverage != Coverage::Opaque)
@@ -94,7 +97,8 @@ impl Scene {
 
     /// The same scene with the back faces of single-sided materials ([`BackFaces::Culled`]) hidden from the camera, as glTF asks of a
     /// rasterizer: the first edge of a path passes them, and ends on none of them, whichever strategy finds it. All other edges
-    /// meet them. The boundary of a volume is never culled: the camera would lose track of what it is in.
+    /// meet them. The boundary of a volume is never culled: the camera would lose track of what it is in. Nor is a face that coincides
+    /// with another, unless both are single-sided copies that face the same way: one of them stands for both, seen from either side.
     #[must_use]
     pub fn culling_back_faces(mut self) -> Self {
         self.culls = self.materials.iter().any(hides_back_faces);
@@ -133,7 +137,7 @@ impl Scene {
     /// The surface point where a ray in the unit direction `w` from `origin` stops, other than on the flat primitive `skip`.
     ///
     /// At each surface with 0 < α < 1, front to back, `stops(α)` decides. With α = 1 the ray stops and with α = 0 it passes,
-    /// without a question.
+    /// without a question. Surfaces that coincide are met in the order of their [`geometry::Rank`].
     #[inline(always)]
     pub fn trace_ray(&self, origin: Vec3, w: Vec3, skip: PrimitiveId, stops: impl FnMut(f32) -> bool) -> Traced {
         let ray = Ray { origin, direction: w, t_max: f32::INFINITY };
@@ -165,6 +169,9 @@ impl Scene {
     ) -> Traced {
         let mut visibility = 1.0;
         let mut next = self.geometry.closest(&ray, skip);
+        if self.geometry.has_coincident() {
+            return self.trace_among_coincident(ray, skip, next, stops, alpha);
+        }
         while let Some(hit) = next.filter(|_| see_through) {
             let alpha = alpha(&hit);
             if alpha == 1.0 || (alpha > 0.0 && stops(alpha)) {
@@ -184,31 +191,21 @@ impl Scene {
         Point::on_surface(&self.geometry, &self.materials, hit.primitive, &surface, light)
     }
 
-    /// α in [0, 1] where a ray hits: [`Point::alpha`] of the point there, without the rest of it.
+    /// α in [0, 1] where a ray hits: [`Point::alpha`] of the point there if nothing coincides, without the rest of it.
     #[inline]
     pub fn alpha(&self, hit: &Hit) -> f32 {
-        let material = self.material(self.geometry.material(hit.primitive));
-        material.alpha(|| self.geometry.attributes(hit.primitive, hit.barycentric))
+        coincident::alpha(&self.geometry, &self.materials, hit)
     }
 
     /// V(a↔b) in [0, 1]: the product of 1 − α over what the segment between the two points crosses, so 0 or 1 where all is
     /// opaque. At most one of the points is infinite.
     ///
-    /// Where surfaces coincide, the one on which an end lies and the others do not count: the segment starts off all of them.
+    /// An end that coincident surfaces hide altogether sees nothing. What they leave of an end is its [`Point::alpha`], so here they do
+    /// not count: the segment starts off all of them.
     #[inline(always)]
     pub fn visible(&self, a: &Point, b: &Point) -> f32 {
         let (a, b) = if a.place == Place::Infinite { (b, a) } else { (a, b) };
-        let ray = segment(a, b);
-        let skip = [a.primitive, b.primitive];
-        if mistake!(!self.see_through, OpaqueToShadows => true) {
-            return if self.geometry.occluded(&ray, skip) { 0.0 } else { 1.0 };
-        }
-        let mut visibility = 1.0;
-        let _ = self.geometry.crossings(&ray, skip, |hit| {
-            visibility *= 1.0 - self.alpha(hit);
-            if visibility == 0.0 { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
-        });
-        visibility
+        self.visibility(&segment(a, b), a, b, self.see_through, |hit| self.alpha(hit))
     }
 
     /// [`Self::visible`] of a point on the lens and one that it may see: the segment passes
@@ -221,12 +218,25 @@ impl Scene {
         // The segment may run the other way.
         let ray = segment(lens, seen);
         let w = if seen.place == Place::Infinite { seen.position } else { seen.position - lens.position };
-        if seen.place == Place::Surface && self.is_culled(seen.material, seen.normal, w) {
+        if seen.place == Place::Surface && self.is_culled(seen.primitive, seen.normal, w) {
             return 0.0;
         }
+        self.visibility(&ray, lens, seen, true, |hit| self.alpha_for_camera(w, &ray, hit))
+    }
+
+    /// V along `ray` from `a` to `b`; 1 − `alpha` is what a surface lets pass.
+    #[inline(always)]
+    fn visibility(&self, ray: &Ray, a: &Point, b: &Point, see_through: bool, alpha: impl Fn(&Hit) -> f32) -> f32 {
+        if self.geometry.has_coincident() {
+            return self.visible_among_coincident(ray, a, b, alpha);
+        }
+        let skip = [a.primitive, b.primitive];
+        if mistake!(!see_through, OpaqueToShadows => true) {
+            return if self.geometry.occluded(ray, skip) { 0.0 } else { 1.0 };
+        }
         let mut visibility = 1.0;
-        let _ = self.geometry.crossings(&ray, [lens.primitive, seen.primitive], |hit| {
-            visibility *= 1.0 - self.alpha_for_camera(w, &ray, hit);
+        let _ = self.geometry.crossings(ray, skip, |hit| {
+            visibility *= 1.0 - alpha(hit);
             if visibility == 0.0 { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
         });
         visibility
@@ -234,16 +244,19 @@ impl Scene {
 
     /// [`Self::alpha`] for the camera, which looks along `w`: 0 at a culled back face.
     fn alpha_for_camera(&self, w: Vec3, ray: &Ray, hit: &Hit) -> f32 {
-        let material = self.geometry.material(hit.primitive);
-        if self.culls && self.is_culled(material, self.geometry.surface(ray, hit).normal, w) {
+        if self.culls && self.is_culled(hit.primitive, self.geometry.surface(ray, hit).normal, w) {
             return 0.0;
         }
         self.alpha(hit)
     }
 
-    /// Whether the camera does not see a surface with the normal `n` along its viewing direction `w`.
-    fn is_culled(&self, material: MaterialId, n: Vec3, w: Vec3) -> bool {
-        n.dot(w) > 0.0 && hides_back_faces(self.material(material))
+    /// Whether the camera does not see a primitive with the normal `n` along its viewing direction `w`.
+    fn is_culled(&self, primitive: PrimitiveId, n: Vec3, w: Vec3) -> bool {
+        let hides = |id| hides_back_faces(self.material(id));
+        n.dot(w) > 0.0
+            && hides(self.geometry.material(primitive))
+            && !self.geometry.may_coincide(primitive)
+            && self.geometry.copies(primitive).all(|(material, turned)| !turned && hides(material))
     }
 
     /// L_e at `point` in the unit direction `w` away from it; see [`Lights::le`].

@@ -4,6 +4,7 @@ use glam::{Vec2, Vec3};
 
 use super::{
     bsdf::{Bsdf, Diffuse},
+    coincident::left_by_others,
     geometry::{Geometry, PrimitiveId, Surface, offset_origin},
     light::LightId,
     material::{Maps, Material, MaterialId},
@@ -47,8 +48,8 @@ pub struct Point {
     pub media: [MediumId; 2],
     /// The light that emits here, if any.
     pub light: Option<LightId>,
-    /// α: how much of the surface is there, in [0, 1]; 1 where there is no surface. f and L_e of a path's vertex carry it, and
-    /// V the 1 − α of what a segment crosses.
+    /// α: how much of the surface is there, in [0, 1], after what coincident surfaces leave of it; 1 where there is no surface. f and L_e of
+    /// a path's vertex carry it, and V the 1 − α of what a segment crosses.
     pub alpha: f32,
     /// The BSDF here; black where there is no surface.
     pub bsdf: Bsdf,
@@ -87,6 +88,9 @@ impl Point {
         };
         if let Some(maps) = &material.maps {
             point.resolve(geometry, maps, surface);
+        }
+        if mistake!(geometry.has_coincident(), CoveredPoints => false) {
+            point.alpha *= left_by_others(geometry, materials, primitive, surface);
         }
         point
     }

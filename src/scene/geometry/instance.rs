@@ -8,6 +8,7 @@ use glam::{DAffine3, DMat3, DVec3, Mat3, Vec2, Vec3, Vec4};
 use super::{
     Bounds, Surface,
     attributes::moved_tangent,
+    bvh::Region,
     mesh::{Mesh, shading_normal},
     ray::{Interval, Prepared, Ray},
 };
@@ -65,6 +66,16 @@ impl Placement {
         let abs = DMat3::from_cols(m.x_axis.abs(), m.y_axis.abs(), m.z_axis.abs());
         2.0 * f64::from(f32::EPSILON) * (world.abs() + abs * object.abs().as_dvec3())
     }
+
+    /// A bound on the error of surfaces whose coordinates are at most these.
+    pub(super) fn error(&self, object: Vec3, world: Vec3) -> f32 {
+        self.rounding(object, world.as_dvec3()).max_element() as f32
+    }
+
+    /// A bound on how much longer anything is in the mesh's space than in the world.
+    pub(super) fn shrinking(&self) -> f64 {
+        self.to_object.matrix3.to_cols_array().iter().map(|x| x * x).sum::<f64>().sqrt()
+    }
 }
 
 /// A mesh in its place.
@@ -119,6 +130,27 @@ impl Instance {
         let corners = mesh.corner_normals(index).map(|corners| corners.map(|n| self.normal(n)));
         let shading_normal = shading_normal(corners, b, normal);
         Surface { position: world.as_vec3(), normal, shading_normal, error, barycentric: b }
+    }
+
+    /// A point of the mesh in world space.
+    pub fn to_world(&self, p: Vec3) -> DVec3 {
+        self.placement.to_world.transform_point3(p.as_dvec3())
+    }
+
+    /// A region of the mesh's space around everything no further than `slack` from a world-space triangle.
+    pub fn region_of_face(&self, corners: [DVec3; 3], slack: f32) -> Region {
+        let [a, b, c] = corners.map(|p| self.placement.to_object.transform_point3(p));
+        let normal = (b - a).cross(c - a).normalize_or_zero();
+        Region::of_face([a, b, c], normal, slack * self.placement.shrinking() as f32)
+    }
+
+    /// A region of the mesh's space around everything no further than `slack` from a world-space box.
+    pub fn region_of_box(&self, b: Bounds, slack: f32) -> Region {
+        let corner =
+            |i: u32| Vec3::from_array(std::array::from_fn(|k| if i >> k & 1 == 0 { b.min[k] } else { b.max[k] }));
+        let corners = (0..8).map(|i| self.placement.to_object.transform_point3(corner(i).as_dvec3()).as_vec3());
+        let bounds = corners.map(|p| Bounds { min: p, max: p }).reduce(Bounds::union).expect("eight corners");
+        Region::around(bounds, slack * self.placement.shrinking() as f32)
     }
 
     /// A vertex normal in world space; zero stays zero.

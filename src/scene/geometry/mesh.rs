@@ -1,12 +1,13 @@
 //! Indexed triangles: the ones in world space, and those of each mesh that is kept once and placed several times.
 
-use std::collections::{HashMap, HashSet, hash_map::Entry};
+use std::collections::{HashMap, hash_map::Entry};
 
 use glam::{Vec2, Vec3};
 
 use super::{
     Attributes, Bounds, Interpolation, MaterialId, Surface,
     bvh::{Primitive, Shape},
+    coincident::Role,
     triangle::Triangle,
 };
 use crate::scene::tilt::lifted;
@@ -107,38 +108,54 @@ impl Mesh {
     }
 
     /// See [`super::Geometry::drop_copies`].
-    pub(super) fn drop_copies(&mut self, opaque: impl Fn(MaterialId) -> bool) {
-        // By corners the first triangle's material, or that of the first opaque one; and what came between them.
-        let mut first = HashMap::with_capacity(self.triangles.len());
-        let mut more = HashSet::new();
-        let (positions, copies, mut index) = (&self.positions, &mut self.copies, 0);
-        self.triangles.retain(|t| {
+    pub(super) fn drop_copies(&mut self, opaque: impl Fn(MaterialId) -> bool, role: impl Fn(MaterialId) -> Role) {
+        let positions = &self.positions;
+        // The same of all triangles with these corners, and whether this one goes round them the odd way.
+        let corners = |t: &IndexedTriangle| {
             // + 0: −0 is the same place.
             let mut corners = t.corners.map(|i| (positions[i as usize] + 0.0).to_array().map(f32::to_bits));
             let [a, b, c] = corners;
-            let odd = (a > b) ^ (b > c) ^ (a > c);
             corners.sort_unstable();
-            let stays = match first.entry(corners) {
-                Entry::Vacant(place) => {
-                    place.insert((t.material, index, odd));
-                    true
+            (corners, (a > b) ^ (b > c) ^ (a > c))
+        };
+        // By corners: the first opaque one in the order in which they are there. It hides those that come after it.
+        let rank = |index: usize, t: &IndexedTriangle| (role(t.material).precedence, index);
+        let mut hiding = HashMap::with_capacity(self.triangles.len());
+        for (index, t) in self.triangles.iter().enumerate() {
+            let this = opaque(t.material).then(|| (rank(index, t), t.material));
+            hiding
+                .entry(corners(t).0)
+                .and_modify(|first| *first = [*first, this].into_iter().flatten().min_by_key(|(rank, _)| *rank))
+                .or_insert(this);
+        }
+        if hiding.len() == self.triangles.len() {
+            return;
+        }
+        let mut kept = HashMap::with_capacity(hiding.len());
+        let mut dropped = Vec::new();
+        let (mut index, mut stay) = (0, 0);
+        self.triangles.retain(|t| {
+            let (corners, odd) = corners(t);
+            let hidden = hiding[&corners].is_some_and(|(first, _)| rank(index, t) > first);
+            index += 1;
+            match kept.entry((corners, t.material)) {
+                Entry::Vacant(place) if !hidden => {
+                    place.insert((stay, odd));
+                    stay += 1;
+                    return true;
                 }
-                Entry::Occupied(mut place) => {
-                    let (known, of, as_odd) = *place.get();
-                    let stays = !opaque(known) && known != t.material && more.insert((corners, t.material));
-                    if stays && opaque(t.material) {
-                        place.insert((t.material, index, odd));
-                    }
-                    if !stays {
-                        copies.push(Copied { of, material: t.material, turned: odd != as_odd });
-                    }
-                    stays
-                }
-            };
-            index += u32::from(stays);
-            stays
+                _ => dropped.push((corners, t.material, odd)),
+            }
+            false
         });
-        copies.sort_by_key(|copy| copy.of);
+        // A copy goes with the triangle of its own material, or with the one that hides it.
+        self.copies.extend(dropped.into_iter().map(|(corners, material, odd)| {
+            let hiding = hiding[&corners].map(|(_, material)| material);
+            let stays = [Some(material), hiding].into_iter().flatten().find_map(|m| kept.get(&(corners, m)));
+            let &(of, as_odd) = stays.expect("a triangle that stays");
+            Copied { of, material, turned: odd != as_odd }
+        }));
+        self.copies.sort_by_key(|copy| copy.of);
     }
 
     /// See [`super::Geometry::copies`].
@@ -203,12 +220,17 @@ impl Mesh {
         (0..self.len()).map(|index| Primitive { shape: Shape::Triangle(self.triangle(index)), index })
     }
 
+    /// A bound on the error of surfaces of triangles whose coordinates are at most `size`.
+    pub(super) fn error_at_most(size: f32) -> f32 {
+        // The barycentric coordinates of a surface add up to a little more than 1 at most.
+        GAMMA_7 * size * (1.0 + 4.0 * f32::EPSILON)
+    }
+
     /// The surface in the mesh's own space, at the barycentric coordinates `b`.
     ///
     /// The bound on the position's error is γ₇ Σ|bᵢpᵢ| (Pharr, Jakob & Humphreys, *Physically Based Rendering*, 6.8.4).
     #[inline(always)]
     pub(super) fn surface(&self, index: u32, b: Vec2) -> Surface {
-        const GAMMA_7: f32 = 7.0 * (f32::EPSILON / 2.0) / (1.0 - 7.0 * (f32::EPSILON / 2.0));
         let triangle = &self.triangles[index as usize];
         // Not by `map`, which is inlined or not as the size of what is around it goes.
         let [i, j, k] = triangle.corners;

@@ -11,6 +11,7 @@
 mod attributes;
 mod build;
 mod bvh;
+mod coincident;
 mod collapse;
 mod instance;
 mod mesh;
@@ -31,6 +32,7 @@ use glam::{Vec2, Vec3};
 pub use self::{
     attributes::{Attributes, Interpolation, TangentFrame, UV_SETS, moved_tangent},
     build::BuildEffort,
+    coincident::{Plane, Precedence, Rank, Role},
     instance::Placement,
     mesh::Mesh,
     offset::offset_origin,
@@ -39,6 +41,7 @@ pub use self::{
 };
 use self::{
     bvh::{Primitive, Shape, Tree},
+    coincident::Coincident,
     instance::Instance,
     sphere::Sphere,
 };
@@ -162,6 +165,8 @@ pub struct Geometry {
     instances: Vec<Instance>,
     effort: BuildEffort,
     tree: Option<Tree>,
+    /// Of a built geometry in which surfaces coincide.
+    coincident: Option<Box<Coincident>>,
 }
 
 /// A mesh that is kept once, with the tree over it.
@@ -249,17 +254,18 @@ impl Geometry {
     }
 
     /// Drops triangles that no light can tell from others, so that rays, lights and densities know the same ones: of triangles with
-    /// the same corners, in whatever order, those that come after one of their own material, or after one that is `opaque`; and
-    /// second instances of a mesh in the same place. Ids change. A mesh's triangles are not compared with those of the world.
+    /// the same corners, in whatever order, those after one of their own material, and those that come, in the order of their
+    /// [`Rank`], after one that is `opaque`; and second instances of a mesh in the same place. Ids change. A mesh's triangles are not
+    /// compared with those of the world.
     ///
-    /// Only the first of such triangles could be hit, whereas light sampling would find every emitter among them.
+    /// What coincides otherwise is left to [`Self::find_coincident`]; this makes the most common case cost nothing.
     ///
     /// # Panics
     /// After [`Self::build`].
-    pub fn drop_copies(&mut self, opaque: impl Fn(MaterialId) -> bool) {
+    pub fn drop_copies(&mut self, opaque: impl Fn(MaterialId) -> bool, role: impl Fn(MaterialId) -> Role) {
         self.assert_unbuilt();
-        self.world.drop_copies(&opaque);
-        self.meshes.iter_mut().for_each(|m| m.mesh.drop_copies(&opaque));
+        self.world.drop_copies(&opaque, &role);
+        self.meshes.iter_mut().for_each(|m| m.mesh.drop_copies(&opaque, &role));
         let mut seen = HashSet::new();
         self.instances.retain(|i| seen.insert((i.mesh, i.placement.to_world().to_cols_array().map(f64::to_bits))));
     }

@@ -328,6 +328,11 @@ fn of_equal_hits_the_smaller_id_wins_whatever_the_tree() {
 fn of_copies_the_first_stays_and_those_behind_a_veil() {
     let corners = [Vec3::ZERO, Vec3::X, Vec3::Y];
     let (opaque, veil, other) = (MaterialId(0), MaterialId(1), MaterialId(2));
+    let lamp = MaterialId(3);
+    let role = |m: MaterialId| Role {
+        precedence: if m == lamp { Precedence::Emitter } else { Precedence::Opaque },
+        bounds_volume: false,
+    };
     let materials_of = |added: &[MaterialId]| {
         let mut g = Geometry::default();
         for (turn, material) in added.iter().enumerate() {
@@ -340,11 +345,13 @@ fn of_copies_the_first_stays_and_those_behind_a_veil() {
             g.add_triangles(&corners, None, &[[0, 1, 2]], *material);
         }
         g.add_triangles(&corners.map(|c| c + Vec3::Z), None, &[[0, 1, 2]], opaque);
-        g.drop_copies(|m| m == opaque);
+        g.drop_copies(|m| m == opaque || m == lamp, role);
         (0..g.world_len() - 1).map(|i| g.material(PrimitiveId::world(i))).collect::<Vec<_>>()
     };
     assert_eq!(materials_of(&[opaque, opaque, veil, opaque]), [opaque]);
     assert_eq!(materials_of(&[veil, other, veil, other, opaque, other, opaque]), [veil, other, opaque]);
+    // An emitter comes before everything else, wherever it is in the file.
+    assert_eq!(materials_of(&[opaque, veil, lamp, veil]), [lamp]);
 
     let mut g = Geometry::default();
     let mut mesh = Mesh::default();
@@ -353,7 +360,7 @@ fn of_copies_the_first_stays_and_those_behind_a_veil() {
     for x in [0.0, 1.0, 0.0] {
         g.add_instance(mesh, Placement::new(DAffine3::from_translation(glam::dvec3(x, 0.0, 0.0))).expect("usable"));
     }
-    g.drop_copies(|_| true);
+    g.drop_copies(|_| true, role);
     assert_eq!((g.instance_count(), g.triangle_count()), (2, 2));
 }
 

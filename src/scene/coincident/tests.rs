@@ -1,0 +1,273 @@
+use glam::{DMat3, DQuat, DVec2, DVec3, Quat, Vec2, Vec3};
+use rand::{RngExt, SeedableRng, rngs::StdRng};
+
+use crate::{
+    math::Rgb,
+    scene::{
+        Scene,
+        camera::{Camera, Sensor},
+        geometry::{BuildEffort, Geometry, Mesh, Placement, PrimitiveId},
+        material::{Coverage, Material, MaterialId},
+        point::Point,
+    },
+};
+
+const OPAQUE: u32 = 0;
+const LAMP: u32 = 1;
+const VEIL: u32 = 2;
+const PANE: u32 = 3;
+const GLASS: u32 = 4;
+
+fn scene_of(g: Geometry) -> Scene {
+    let materials = vec![
+        Material::diffuse("opaque", Rgb::splat(0.5)),
+        Material::diffuse("lamp", Rgb::ZERO).emitting(Rgb::ONE),
+        Material::diffuse("veil", Rgb::ONE).covering(Coverage::Blend { factor: 0.5 }),
+        Material::pane("pane", 1.5),
+        Material::glass("glass", 1.5),
+    ];
+    let sensor = Sensor { width: 1, height: 1, padding: 0 };
+    Scene::new(g, materials, &[], Camera::look_at(Vec3::ZERO, Vec3::Z, Vec3::Y, 1.0, sensor))
+}
+
+/// A plane that f32 has no exact points of.
+struct Tilted {
+    turn: DMat3,
+    origin: DVec3,
+    scale: f64,
+}
+
+impl Tilted {
+    fn new(r: &mut StdRng) -> Self {
+        let axis = DVec3::new(r.random(), r.random(), r.random()) - 0.5;
+        let turn = DMat3::from_quat(DQuat::from_axis_angle(axis.normalize(), r.random::<f64>() * 6.0));
+        let scale = 10_f64.powi(r.random_range(-2..4));
+        Self { turn, origin: scale * (DVec3::new(r.random(), r.random(), r.random()) * 4.0 - 2.0), scale }
+    }
+
+    fn place(&self, p: DVec2, height: f64) -> DVec3 {
+        self.origin + self.turn * (self.scale * p.extend(height))
+    }
+}
+
+/// Whether the triangle contains p: `None` where that is less than clear.
+fn contains(corners: [DVec2; 3], p: DVec2) -> Option<bool> {
+    let [a, b, c] = corners;
+    let turned = (b - a).perp_dot(c - a).signum();
+    let side = |p: DVec2, q: DVec2, x: DVec2| turned * (q - p).normalize().perp_dot(x - p);
+    let inside = side(a, b, p).min(side(b, c, p)).min(side(c, a, p));
+    (inside.abs() > 1e-4).then_some(inside > 0.0)
+}
+
+/// The rule, asked of every triangle in two dimensions and in f64: what rays from either side stop on, what is left of sampled points, and
+/// what sees what.
+#[test]
+fn what_is_there_is_what_asking_every_surface_finds() {
+    let mut r = StdRng::seed_from_u64(3);
+    let (mut met, mut hidden, mut passed) = (0, 0, 0);
+    for case in 0..60 {
+        let plane = Tilted::new(&mut r);
+        let mut g = Geometry::default();
+        let mut cards = Vec::new();
+        let point = |r: &mut StdRng| DVec2::new(r.random(), r.random()) * 2.0 - 1.0;
+        while cards.len() < 12 {
+            let corners = [point(&mut r), point(&mut r), point(&mut r)];
+            if (corners[1] - corners[0]).perp_dot(corners[2] - corners[0]).abs() > 0.3 {
+                let material = if case % 2 == 0 { OPAQUE } else { [OPAQUE, LAMP, VEIL, PANE][r.random_range(0..4)] };
+                g.add_triangles(
+                    &corners.map(|p| plane.place(p, 0.0).as_vec3()),
+                    None,
+                    &[[0, 1, 2]],
+                    MaterialId(material),
+                );
+                cards.push((corners, material));
+            }
+        }
+        g.set_effort(BuildEffort::ALL[case % 3 % 2]);
+        let scene = scene_of(g);
+        assert!(scene.geometry().has_coincident(), "case {case}");
+        // The cards there in the order of their ranks, with how much of each is there.
+        let there = |p: DVec2| -> Option<Vec<(u32, f32)>> {
+            let mut here = Vec::new();
+            for (id, &(corners, material)) in (0..).zip(&cards) {
+                if contains(corners, p)? {
+                    here.push(((material != LAMP, material == PANE), id));
+                }
+            }
+            here.sort_unstable();
+            let mut left = 1.0;
+            let share = |&(_, id): &(_, u32)| {
+                let alpha = if cards[id as usize].1 == VEIL { 0.5 } else { 1.0 };
+                let share = left * alpha;
+                left -= share;
+                (id, share)
+            };
+            Some(here.iter().map(share).collect())
+        };
+        for _ in 0..300 {
+            let p = point(&mut r);
+            let Some(there) = there(p) else { continue };
+            // Rays from both sides, none of them along the plane.
+            let from = plane.place(point(&mut r), [0.3, -0.3, 2.0, -2.0][r.random_range(0..4)]).as_vec3();
+            let w = (plane.place(p, 0.0) - from.as_dvec3()).normalize().as_vec3();
+            let mut depth = 0;
+            let stopped = scene.trace_ray(from, w, PrimitiveId::NONE, |_| {
+                depth += 1;
+                depth > 1
+            });
+            // The ray passes the first veil.
+            let mut veils = 0;
+            let mut stops = |id: u32| {
+                let veil = cards[id as usize].1 == VEIL;
+                veils += u32::from(veil);
+                !veil || veils > 1
+            };
+            let expected = there.iter().map(|(id, _)| *id).find(|id| stops(*id));
+            assert_eq!(stopped.hit.map(|hit| hit.primitive.index()), expected, "case {case}, {there:?}");
+            met += u32::from(expected.is_some());
+            if let Some(hit) = stopped.hit {
+                let q = scene.point_at(&stopped.ray, &hit);
+                let share = there.iter().find(|(id, _)| *id == hit.primitive.index()).map(|(_, share)| *share);
+                assert_eq!(Some(q.alpha), share, "case {case}");
+                // Leaving to either side, it meets nothing of the plane again.
+                let again = scene.trace_ray(q.ray_origin(-w), -w, q.primitive, |_| true);
+                assert!(again.hit.is_none() && again.visibility == 1.0, "case {case}: {:?}", again.hit);
+                assert_eq!(scene.visible(&q, &Point::nowhere(from)), 1.0, "case {case}");
+                assert_eq!(scene.visible(&Point::nowhere(from), &q), 1.0, "case {case}");
+            }
+            // A segment through all of them.
+            let beyond = Point::nowhere((2.0 * plane.place(p, 0.0) - from.as_dvec3()).as_vec3());
+            let passes = 1.0 - there.iter().map(|(_, share)| share).sum::<f32>();
+            assert_eq!(scene.visible(&Point::nowhere(from), &beyond), passes, "case {case}");
+            passed += u32::from(passes > 0.0 && passes < 1.0);
+        }
+        // Sampled points, whether they are there or not.
+        for id in 0..12 {
+            for _ in 0..20 {
+                let q = scene.point_on(PrimitiveId::world(id), Vec2::new(r.random(), r.random()));
+                let local = plane.turn.transpose() * (q.position.as_dvec3() - plane.origin) / plane.scale;
+                let Some(there) = there(local.truncate()) else { continue };
+                let Some((_, share)) = there.iter().find(|(other, _)| *other == id) else { continue };
+                assert_eq!(q.alpha, *share, "case {case}, card {id}: {there:?}");
+                let above = Point::nowhere(plane.place(local.truncate(), 1.0).as_vec3());
+                assert_eq!(scene.visible(&q, &above), if *share > 0.0 { 1.0 } else { 0.0 }, "case {case}");
+                hidden += u32::from(*share == 0.0);
+            }
+        }
+    }
+    assert!(met > 3000 && hidden > 1000 && passed > 50, "{met} {hidden} {passed}");
+}
+
+/// Two squares of a material each, the second shifted by `gap` along the normal; ids in that order.
+fn pair(materials: [u32; 2], gap: f32) -> Geometry {
+    let mut g = Geometry::default();
+    let turn = Quat::from_rotation_x(0.7) * Quat::from_rotation_y(0.3);
+    for (i, material) in materials.into_iter().enumerate() {
+        let size = 1.0 - 0.3 * i as f32;
+        let corners = [(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)].map(|(x, y)| {
+            turn * (size * Vec3::new(x, y, 0.0) + Vec3::new(0.1, 0.2, gap * i as f32)) + Vec3::new(0.3, 1.7, -0.9)
+        });
+        g.add_triangles(&corners, None, &[[0, 1, 2], [0, 2, 3]], MaterialId(material));
+    }
+    g
+}
+
+fn first_along_normal(scene: &Scene) -> u32 {
+    let target = scene.point_on(PrimitiveId::world(2), Vec2::splat(0.3));
+    let from = Point::nowhere(target.position + target.normal);
+    scene.trace(&from, -target.normal).expect("a card").material.0
+}
+
+#[test]
+fn an_emitter_comes_first_and_what_transmits_last() {
+    for (materials, expected) in [
+        ([OPAQUE, LAMP], LAMP),
+        ([LAMP, OPAQUE], LAMP),
+        ([PANE, OPAQUE], OPAQUE),
+        ([OPAQUE, GLASS], OPAQUE),
+        ([GLASS, OPAQUE], OPAQUE),
+        ([GLASS, LAMP], LAMP),
+        ([PANE, GLASS], PANE),
+    ] {
+        let scene = scene_of(pair(materials, 0.0));
+        assert!(scene.geometry().has_coincident(), "{materials:?}");
+        assert_eq!(first_along_normal(&scene), expected, "{materials:?}");
+    }
+    // The boundaries of two volumes stay.
+    assert!(!scene_of(pair([GLASS, GLASS], 0.0)).geometry().has_coincident());
+}
+
+#[test]
+fn what_is_further_apart_than_its_error_does_not_coincide() {
+    assert!(scene_of(pair([OPAQUE, LAMP], 2e-7)).geometry().has_coincident());
+    assert!(!scene_of(pair([OPAQUE, LAMP], 1e-4)).geometry().has_coincident());
+    let mut g = Geometry::default();
+    // A tessellated plane and a cube: triangles that touch.
+    let turn = Quat::from_rotation_x(0.7) * Quat::from_rotation_y(0.3);
+    let grid: Vec<Vec3> = (0..400).map(|i| turn * Vec3::new((i % 20) as f32, (i / 20) as f32, 0.0) * 0.37).collect();
+    let cells = (0..361).map(|i| i / 19 * 20 + i % 19).flat_map(|i| [[i, i + 1, i + 21], [i, i + 21, i + 20]]);
+    g.add_triangles(&grid, None, &cells.collect::<Vec<_>>(), MaterialId(OPAQUE));
+    let cube: Vec<Vec3> =
+        (0..8).map(|i| turn * Vec3::new((i & 1) as f32, (i >> 1 & 1) as f32, (i >> 2) as f32 + 0.5)).collect();
+    let sides = [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]];
+    let sides = sides.iter().flat_map(|&[a, b, c, d]| [[a, b, c], [a, c, d]]);
+    g.add_triangles(&cube, None, &sides.collect::<Vec<_>>(), MaterialId(OPAQUE));
+    assert!(!scene_of(g).geometry().has_coincident());
+}
+
+/// Flush faces of instances, of instances and the world, and within a mesh.
+#[test]
+fn instances_that_touch_coincide() {
+    let turn = DQuat::from_euler(glam::EulerRot::XYZ, 0.4, 1.1, -0.3);
+    let square = |size: f32| [(-1., -1.), (1., -1.), (1., 1.), (-1., 1.)].map(|(x, y)| size * Vec3::new(x, y, 0.0));
+    let mesh_of = |material: u32| {
+        let mut mesh = Mesh::default();
+        mesh.add_triangles(&square(1.0), None, &[[0, 1, 2], [0, 2, 3]], MaterialId(material));
+        mesh
+    };
+    let place = |p: DVec3, scale: f64| {
+        let m = glam::DAffine3::from_scale_rotation_translation(DVec3::splat(scale), turn, DVec3::new(0.3, 5.0, -2.0));
+        Placement::new(m * glam::DAffine3::from_translation(p)).expect("usable")
+    };
+    let trace = |scene: &Scene, w: f64| {
+        let at = |z: f64| DVec3::new(0.3, 5.0, -2.0) + turn * DVec3::new(0.11, 0.23, z);
+        let d = (at(-w) - at(w)).normalize().as_vec3();
+        scene.trace(&Point::nowhere(at(w).as_vec3()), d).expect("a card")
+    };
+    let mut g = Geometry::default();
+    let [opaque, lamp] = [OPAQUE, LAMP].map(|m| g.add_mesh(mesh_of(m)));
+    g.add_instance(opaque, place(DVec3::ZERO, 1.0));
+    g.add_instance(lamp, place(DVec3::new(0.2, 0.1, 0.0), 0.7));
+    let scene = scene_of(g);
+    assert!([1.0, -1.0].map(|w| trace(&scene, w).material.0) == [LAMP; 2]);
+
+    let mut g = Geometry::default();
+    let corners = square(0.5).map(|p| (DVec3::new(0.3, 5.0, -2.0) + turn * p.as_dvec3()).as_vec3());
+    let lamp = g.add_mesh(mesh_of(LAMP));
+    g.add_triangles(&corners, None, &[[0, 1, 2], [0, 2, 3]], MaterialId(OPAQUE));
+    g.add_instance(lamp, place(DVec3::ZERO, 1.0));
+    let scene = scene_of(g);
+    let q = scene.point_on(PrimitiveId::world(0), Vec2::splat(0.3));
+    assert!(q.alpha == 0.0 && trace(&scene, 1.0).material.0 == LAMP);
+
+    let mut g = Geometry::default();
+    let mut mesh = mesh_of(OPAQUE);
+    mesh.add_triangles(&square(0.6), None, &[[0, 1, 2], [0, 2, 3]], MaterialId(LAMP));
+    let mesh = g.add_mesh(mesh);
+    g.add_instance(mesh, place(DVec3::ZERO, 1.0));
+    assert_eq!(trace(&scene_of(g), -1.0).material.0, LAMP);
+}
+
+/// Ten thousand cards on top of each other: what coincides is marked and not listed.
+#[test]
+fn many_coincident_surfaces_take_little_time() {
+    let mut r = StdRng::seed_from_u64(5);
+    let mut g = Geometry::default();
+    for _ in 0..10_000 {
+        let corners: [Vec3; 3] = std::array::from_fn(|_| Vec3::new(r.random(), 0.0, r.random()));
+        g.add_triangles(&corners, None, &[[0, 1, 2]], MaterialId(OPAQUE));
+    }
+    let start = std::time::Instant::now();
+    let scene = scene_of(g);
+    assert!(scene.geometry().has_coincident() && start.elapsed().as_secs_f32() < 5.0, "{:?}", start.elapsed());
+}
