@@ -1,6 +1,6 @@
 //! `pathspace verify`: answers, exit codes, and the folder it writes.
 
-use std::{fs, process::Output};
+use std::{fs, path::Path, process::Output};
 
 use crate::{Run, code, pixels, refused, scene, stderr, stdout};
 
@@ -44,6 +44,24 @@ fn integrators_that_agree_are_said_to_and_shown() {
     let saved: serde_json::Value = serde_json::from_slice(&fs::read(run.path("out/verify.json")).unwrap()).unwrap();
     assert_eq!(saved, json);
     assert_eq!(pixels(&fs::read(run.path("out/path.exr")).unwrap()).width, 32);
+}
+
+/// Surfaces that coincide, from bug reports: a lamp flush with a ceiling, and cards that overlap.
+#[test]
+fn coincident_surfaces_are_the_same_for_all_integrators() {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared/assets/reports");
+    if !folder.is_dir() {
+        #[expect(clippy::print_stderr, reason = "a test that is skipped says so")]
+        eprintln!("SKIPPED: {} is not here, so nothing was verified", folder.display());
+        return;
+    }
+    let run = Run::new();
+    for name in ["flush-lamp-ceiling-first", "flush-lamp-lamp-first", "coplanar-overlap"] {
+        let file = folder.join(name).with_extension("glb");
+        let options = ["verify", file.to_str().unwrap(), "--width", "24", "--bias", "8%", "--spp", "300", "-o", name];
+        let output = run.pathspace(&options);
+        assert_eq!(code(&output), 0, "{name}: {}{}", stdout(&output), stderr(&output));
+    }
 }
 
 #[test]

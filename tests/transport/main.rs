@@ -8,6 +8,7 @@ mod area;
 mod back_faces;
 mod cameras;
 mod closed_forms;
+mod coincident;
 mod covering;
 mod exactness;
 mod gallery;

@@ -118,7 +118,7 @@ impl Geometry {
         for (number, (m, marks)) in (0..).zip(self.meshes.iter().zip(&mut found.meshes)) {
             // Where it is placed, roundings of the world's coordinates come on top of its own.
             let placed = self.instances.iter().filter(|i| i.mesh == number);
-            let placed = placed.filter_map(|i| Some(i.placement.shrinking() * self.instance_error(i)? as f64));
+            let placed = placed.filter_map(|i| Some(i.placement.shrinking() * f64::from(self.instance_error(i)?)));
             if let (Some(tree), error) = (&m.tree, placed.fold(0.0, f64::max)) {
                 mark_within(&m.mesh, tree, error as f32, &found.roles, marks);
             }
