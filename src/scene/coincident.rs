@@ -82,13 +82,7 @@ impl Scene {
     }
 
     /// Goes through what is where the ray hits, in the order of ranks.
-    fn meet(
-        &self,
-        ray: &Ray,
-        hit: &Hit,
-        stops: &mut impl FnMut(f32) -> bool,
-        alpha_of: &impl Fn(&Hit) -> f32,
-    ) -> Met {
+    fn meet(&self, ray: &Ray, hit: &Hit, stops: &mut impl FnMut(f32) -> bool, alpha_of: &impl Fn(&Hit) -> f32) -> Met {
         let geometry = &self.geometry;
         let mut visibility = 1.0;
         if !geometry.may_coincide(hit.primitive) {
@@ -140,13 +134,7 @@ impl Scene {
     /// [`Scene::visibility`] where surfaces coincide.
     #[cold]
     #[inline(never)]
-    pub(super) fn visible_among_coincident(
-        &self,
-        ray: &Ray,
-        a: &Point,
-        b: &Point,
-        alpha: impl Fn(&Hit) -> f32,
-    ) -> f32 {
+    pub(super) fn visible_among_coincident(&self, ray: &Ray, a: &Point, b: &Point, alpha: impl Fn(&Hit) -> f32) -> f32 {
         if a.alpha == 0.0 || b.alpha == 0.0 {
             return 0.0;
         }

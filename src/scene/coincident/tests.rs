@@ -7,7 +7,7 @@ use crate::{
         Scene,
         camera::{Camera, Sensor},
         geometry::{BuildEffort, Geometry, Mesh, Placement, PrimitiveId},
-        material::{Coverage, Material, MaterialId},
+        material::{BackFaces, Coverage, Material, MaterialId},
         point::Point,
     },
 };
@@ -270,4 +270,43 @@ fn many_coincident_surfaces_take_little_time() {
     let start = std::time::Instant::now();
     let scene = scene_of(g);
     assert!(scene.geometry().has_coincident() && start.elapsed().as_secs_f32() < 5.0, "{:?}", start.elapsed());
+}
+
+/// The camera passes a single-sided back face, alone or with a copy that faces the same way, and none that shares its place with
+/// what it would see.
+#[test]
+fn what_shares_its_place_is_not_culled() {
+    let corners = [(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)].map(|(x, y)| Vec3::new(x, y, 2.0));
+    let square = |size: f32, order: [usize; 4], material: u32| (size, order, material);
+    let [away, towards] = [[0, 1, 2, 3], [0, 3, 2, 1]];
+    let seen = |squares: &[(f32, [usize; 4], u32)]| {
+        let mut g = Geometry::default();
+        for (size, order, material) in squares {
+            let corners = order.map(|i| (corners[i].truncate() * *size).extend(2.0));
+            g.add_triangles(&corners, None, &[[0, 1, 2], [0, 2, 3]], MaterialId(*material));
+        }
+        let single = |name| Material { back_faces: BackFaces::Culled, ..Material::diffuse(name, Rgb::ONE) };
+        let materials = vec![single("first"), single("second"), Material::diffuse("double", Rgb::ONE)];
+        let sensor = Sensor { width: 1, height: 1, padding: 0 };
+        let camera = Camera::look_at(Vec3::ZERO, Vec3::Z, Vec3::Y, 1.0, sensor);
+        let scene = Scene::new(g, materials, &[], camera).culling_back_faces();
+        let w = Vec3::new(0.1, 0.05, 1.0).normalize();
+        let lens = Point::nowhere(Vec3::ZERO);
+        let seen = scene.trace_from_camera(Vec3::ZERO, w, PrimitiveId::NONE, |_| true);
+        let hit = seen.hit.map(|hit| scene.point_at(&seen.ray, &hit));
+        // What the lens sees of points agrees.
+        for id in 0..scene.geometry().world_len() {
+            let q = scene.point_on(PrimitiveId::world(id), Vec2::new(0.6, 0.3));
+            let there = hit.is_some_and(|p| p.material == q.material) && q.alpha > 0.0;
+            assert_eq!(scene.visible_from_camera(&lens, &q) > 0.0, there, "{squares:?}, {id}");
+        }
+        hit.map(|p| p.material.0)
+    };
+    assert_eq!(seen(&[square(1.0, away, 0)]), None);
+    assert_eq!(seen(&[square(1.0, towards, 0)]), Some(0));
+    assert_eq!(seen(&[square(1.0, away, 0), square(1.0, away, 0), square(1.0, away, 1)]), None);
+    assert_eq!(seen(&[square(1.0, away, 0), square(1.0, towards, 1)]), Some(0));
+    assert_eq!(seen(&[square(1.0, away, 0), square(1.0, away, 2)]), Some(0));
+    assert_eq!(seen(&[square(1.0, away, 0), square(0.7, towards, 1)]), Some(0));
+    assert_eq!(seen(&[square(0.7, towards, 1), square(1.0, away, 0)]), Some(1));
 }

@@ -243,6 +243,8 @@ impl Mesh {
     }
 }
 
+const GAMMA_7: f32 = 7.0 * (f32::EPSILON / 2.0) / (1.0 - 7.0 * (f32::EPSILON / 2.0));
+
 /// N_s from the normals of a triangle's corners, on the side of N_g and [lifted] off its horizon; N_g where there are none, or they
 /// have no direction.
 #[inline(always)]

@@ -217,6 +217,7 @@ mod tests {
 
     use super::*;
     use crate::scene::geometry::{Placement, PrimitiveId};
+    use crate::scene::material::Material;
 
     const GLASS: MaterialId = MaterialId(0);
 
@@ -286,7 +287,7 @@ mod tests {
         let mesh = g.add_mesh(mesh);
         let mirrored = DAffine3::from_scale(DVec3::new(-2.0, 1.0, 1.0));
         g.add_instance(mesh, Placement::new(mirrored).expect("a placement"));
-        g.drop_copies(|_| true);
+        g.drop_copies(|_| true, |_| Material::glass("glass", 1.5).role());
         g.build();
         let after = g.shells(&|_| true);
         assert_eq!((before.all[0].form, after.all[0].form), (Form::Closed, Form::Closed));
