@@ -201,10 +201,14 @@ impl Scene {
     /// opaque. At most one of the points is infinite.
     ///
     /// An end that coincident surfaces hide altogether sees nothing. What they leave of an end is its [`Point::alpha`], so here they do
-    /// not count: the segment starts off all of them.
+    /// not count: the segment starts off all of them. Nor does an end see what lies in its own plane, where roundings alone would tell on
+    /// which side of it the segment runs.
     #[inline(always)]
     pub fn visible(&self, a: &Point, b: &Point) -> f32 {
         let (a, b) = if a.place == Place::Infinite { (b, a) } else { (a, b) };
+        if a.has_in_plane(b) || b.has_in_plane(a) {
+            return 0.0;
+        }
         self.visibility(&segment(a, b), a, b, self.see_through, |hit| self.alpha(hit))
     }
 
@@ -218,7 +222,7 @@ impl Scene {
         // The segment may run the other way.
         let ray = segment(lens, seen);
         let w = if seen.place == Place::Infinite { seen.position } else { seen.position - lens.position };
-        if seen.place == Place::Surface && self.is_culled(seen.primitive, seen.normal, w) {
+        if seen.place == Place::Surface && (seen.has_in_plane(lens) || self.is_culled(seen.primitive, seen.normal, w)) {
             return 0.0;
         }
         self.visibility(&ray, lens, seen, true, |hit| self.alpha_for_camera(w, &ray, hit))

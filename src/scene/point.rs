@@ -140,6 +140,18 @@ impl Point {
         }
     }
 
+    /// Whether `other` lies in the plane of the surface here, as far as their errors and that of N_g tell.
+    #[inline(always)]
+    pub fn has_in_plane(&self, other: &Self) -> bool {
+        if self.place != Place::Surface || matches!(other.place, Place::Infinite | Place::Film) {
+            return false;
+        }
+        let to = other.position - self.position;
+        let slack =
+            (self.error + other.error) * self.normal.abs().element_sum() + f32::EPSILON * to.abs().max_element();
+        self.normal.dot(to).abs() <= slack
+    }
+
     /// The medium into which the direction `w` leads.
     #[inline]
     pub fn medium_towards(&self, w: Vec3) -> MediumId {

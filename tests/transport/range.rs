@@ -56,16 +56,9 @@ fn a_hidden_light_takes_nothing_from_what_is_seen() {
     let sensor = scenes::square(12, Filter::Box);
     let sky = |radiance| Light::Environment { radiance: Rgb::splat(radiance) };
     use IntegratorKind::{Bdpt, Hybrid, Path};
-    // Beside 10¹³, rounding lets connections in the plane of a wall see one part in 10¹⁴ of what shines on its other side.
-    let (all, without_connections) = (&[Path, Hybrid, Bdpt][..], &[Path, Hybrid][..]);
-    for (radiance, outside, kinds) in [
-        (1.2e-4, sun(1e8), all),
-        (1.2e-4, sun(1.6e9), all),
-        (2.0, sky(1e13), without_connections),
-        (2.0, sky(1e30), without_connections),
-    ] {
+    for (radiance, outside) in [(1.2e-4, sun(1e8)), (1.2e-4, sun(1.6e9)), (2.0, sky(1e13)), (2.0, sky(1e30))] {
         let scene = closed(radiance, &[outside], sensor);
-        for &integrator in kinds {
+        for integrator in [Path, Hybrid, Bdpt] {
             let settings = Settings { integrator, max_depth: 12, ..Settings::new(sensor) };
             let found = mean(&render(&scene, &settings, 48)) / f64::from(radiance);
             println!("{integrator}: {found} of {radiance}");
