@@ -6,7 +6,7 @@ use glam::Vec3;
 
 use super::{
     Densities, Edge, Heuristic, Path, RivalSum, Rivals, Step, Strategy, Subpath, Technique, Techniques, Vertex,
-    mis_weight, subpath::connecting_transmittance, vertex::scatter,
+    absorption::connecting_transmittance, mis_weight, vertex::scatter,
 };
 use crate::{
     math::{Frame, Rgb},
@@ -115,7 +115,7 @@ impl<'a> JoinedPath<'a> {
         if value == Rgb::ZERO {
             return None;
         }
-        let value = match scene.media() {
+        let value = match scene.absorbing_media() {
             None => value,
             Some(_) => {
                 let passed = connecting_transmittance(scene, &z.vertex.point, &edge, &y.vertex.point);

@@ -306,6 +306,12 @@ impl Scene {
         self.media.as_deref()
     }
 
+    /// The media, where one of them absorbs.
+    #[inline(always)]
+    pub fn absorbing_media(&self) -> Option<&Media> {
+        self.media().filter(|media| media.absorb())
+    }
+
     /// σ_a of what fills the segment that leaves `a`, its end nearer the camera, in the unit direction `ab` and ends at `b`, 1/m; zero for
     /// clear space. `medium` is the body that the segment lies in, as walks carry it: no surface of one is on its way, since none
     /// lets a segment pass.
@@ -313,10 +319,7 @@ impl Scene {
     /// Volumes that are no bodies are asked first, by the rule of [`Boundary::Local`].
     #[inline(always)]
     pub fn absorption(&self, a: &Point, ab: Vec3, b: &Point, medium: MediumId) -> Rgb {
-        match self.media() {
-            Some(media) if media.absorb() => Self::absorption_amid(media, [a, b], ab, medium),
-            _ => Rgb::ZERO,
-        }
+        self.absorbing_media().map_or(Rgb::ZERO, |media| Self::absorption_amid(media, [a, b], ab, medium))
     }
 
     #[inline(never)]
