@@ -59,6 +59,7 @@ pub fn killers(mistake: Mistake) -> &'static [Test] {
         EnvironmentBackwards => &[Lib("scene::light::tests::directions_are_where_the_convention_says")],
         LensTwice | CosineCubed => &[LENS],
         OpaqueToShadows => &[Transport("alpha::light_and_shadow_rays_pass_crossing_panes")],
+        CulledCastShadows => &[Transport("back_faces::a_furnace_seen_through_its_wall_is_a_furnace")],
         AbsorptionOutside | AbsorptionUnconnected => &[Transport("glass::every_path_inside_glass_is_as_defined")],
         ConnectionsInEmptySpace => &[Transport("media::lamp_card_and_camera_are_in_a_body")],
         ExitKept => &[Transport("media::a_closed_slab_absorbs_between_its_reflections")],

@@ -69,6 +69,7 @@ mistakes! {
     LensTwice "lens-twice" "The density of a point on the lens is twice what it is.";
     CosineCubed "cosine-cubed" "Importance falls off with cos³ instead of cos⁴.";
     OpaqueToShadows "opaque-to-shadows" "Shadow rays do not pass what is there in part.";
+    CulledCastShadows "culled-cast-shadows" "Connections to the lens do not pass back faces that the camera culls.";
     AbsorptionOutside "absorption-outside" "Light is absorbed in front of a volume's boundary.";
     AbsorptionUnconnected "absorption-unconnected" "Connections pass volumes unabsorbed.";
     ConnectionsInEmptySpace "connections-in-empty-space" "A connection does not know the medium that its walk is in.";

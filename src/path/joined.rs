@@ -193,7 +193,8 @@ impl<'a> JoinedPath<'a> {
     pub fn seen(self) -> Option<Self> {
         let (Some(z), Some(y)) = (self.camera.last(), self.light.last()) else { return Some(self) };
         let (scene, lens, end) = (self.scene, &z.vertex.point, &y.vertex.point);
-        let visibility = if self.camera.len() == 1 && scene.culls_back_faces() {
+        let passes_culled = mistake!(scene.culls_back_faces(), CulledCastShadows => false);
+        let visibility = if self.camera.len() == 1 && passes_culled {
             scene.visible_from_camera(lens, end)
         } else {
             scene.visible(lens, end)
