@@ -60,6 +60,7 @@ pub fn killers(mistake: Mistake) -> &'static [Test] {
         LensTwice | CosineCubed => &[LENS],
         OpaqueToShadows => &[Transport("alpha::light_and_shadow_rays_pass_crossing_panes")],
         CoveredPoints => &[Lib("scene::coincident::tests::what_is_there_is_what_asking_every_surface_finds")],
+        CulledCastShadows => &[Transport("back_faces::a_furnace_seen_through_its_wall_is_a_furnace")],
         AbsorptionOutside | AbsorptionUnconnected => &[Transport("glass::every_path_inside_glass_is_as_defined")],
         ConnectionsInEmptySpace => &[Transport("media::lamp_card_and_camera_are_in_a_body")],
         ExitKept => &[Transport("media::a_closed_slab_absorbs_between_its_reflections")],

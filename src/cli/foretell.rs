@@ -5,7 +5,7 @@ use crate::{
     film::Crop,
     integrator::IntegratorKind,
     render::Background,
-    scene::{Scene, camera::Sensor, light::Light},
+    scene::{FirstSight, Scene, camera::Sensor, light::Light},
 };
 
 /// Says beforehand what would surprise afterwards. `max_depth` is what was asked for.
@@ -14,8 +14,9 @@ pub(super) fn foretell(job: &Job<'_>, scene: &Scene, max_depth: u32, terminal: T
     let Sensor { width, height, .. } = sensor;
     let integrator = settings.integrator;
     terminal.detail(format_args!("rendering {width}×{height} pixels with {integrator}"));
-    let specular = 100.0 * scene.seen_specular_fraction();
+    let FirstSight { specular, back_faces } = scene.first_sight();
     if settings.integrator == IntegratorKind::Light && specular > 0.0 {
+        let specular = 100.0 * specular;
         terminal.warn(format_args!(
             "mirrors and glass that the camera sees, about {specular:.1} % of the image, will be black: light tracing \
              connects every vertex to the camera, and a mirror reflects a given connection with probability zero (-i \
@@ -24,8 +25,8 @@ pub(super) fn foretell(job: &Job<'_>, scene: &Scene, max_depth: u32, terminal: T
     }
     let around = |light: &Light| matches!(light, Light::Environment { .. } | Light::EnvironmentMap(_));
     let background = settings.background == Background::Shown && scene.lights().all().iter().any(around);
-    let behind = 100.0 * scene.seen_back_face_fraction();
-    if behind > 0.0 {
+    if back_faces > 0.0 {
+        let behind = 100.0 * back_faces;
         terminal.say(format_args!(
             "note: about {behind:.1} % of the image shows back faces of single-sided materials, which glTF's rasterizers cull \
              (--cull-backfaces hides them)"

@@ -6,7 +6,7 @@ use glam::Vec3;
 
 use super::{
     Densities, Edge, Heuristic, Path, RivalSum, Rivals, Step, Strategy, Subpath, Technique, Techniques, Vertex,
-    mis_weight, subpath::connecting_transmittance, vertex::scatter,
+    absorption::connecting_transmittance, mis_weight, vertex::scatter,
 };
 use crate::{
     math::{Frame, Rgb},
@@ -115,7 +115,7 @@ impl<'a> JoinedPath<'a> {
         if value == Rgb::ZERO {
             return None;
         }
-        let value = match scene.media() {
+        let value = match scene.absorbing_media() {
             None => value,
             Some(_) => {
                 let passed = connecting_transmittance(scene, &z.vertex.point, &edge, &y.vertex.point);
@@ -193,7 +193,8 @@ impl<'a> JoinedPath<'a> {
     pub fn seen(self) -> Option<Self> {
         let (Some(z), Some(y)) = (self.camera.last(), self.light.last()) else { return Some(self) };
         let (scene, lens, end) = (self.scene, &z.vertex.point, &y.vertex.point);
-        let visibility = if self.camera.len() == 1 && scene.culls_back_faces() {
+        let passes_culled = mistake!(scene.culls_back_faces(), CulledCastShadows => false);
+        let visibility = if self.camera.len() == 1 && passes_culled {
             scene.visible_from_camera(lens, end)
         } else {
             scene.visible(lens, end)

@@ -12,12 +12,15 @@
 //! The **fast form** ([`Subpath`], [`JoinedPath`]) carries prefix products and densities that the random walks fill in.
 //! `tests/identity.rs` holds them together for every path that any integrator finds.
 
+mod absorption;
 mod class;
 mod definition;
 mod edge;
 mod joined;
 mod mis;
 mod rivals;
+mod roulette;
+mod step;
 mod strategy;
 mod subpath;
 mod tilt;
@@ -32,6 +35,8 @@ pub use edge::Edge;
 pub use joined::{JoinedPath, Joint};
 pub use mis::{Densities, Heuristic, is_covered, mis_weight, relative_deposit};
 pub use rivals::{RivalSum, Rivals, RunningSum};
+pub use roulette::Roulette;
+pub use step::Step;
 pub use strategy::{LightVertices, SharedLightVertices, Strategy, Technique, Techniques};
-pub use subpath::{Roulette, Step, Subpath};
+pub use subpath::Subpath;
 pub use vertex::{Unscattered, Vertex};

@@ -2,7 +2,9 @@
 
 use glam::{Vec2, Vec3};
 
-use super::{Edge, RivalSum, RunningSum, Vertex, vertex::Unscattered};
+use super::{
+    Edge, RivalSum, Roulette, RunningSum, Step, Vertex, absorption::walked_transmittance, vertex::Unscattered,
+};
 use crate::{
     math::Rgb,
     sampling::{Block, Chance, PdfArea, PdfSolidAngle, Sampler},
@@ -10,88 +12,10 @@ use crate::{
         Scene, Traced,
         bsdf::{Directions, Transport},
         camera::{Raster, Seen},
-        light::Emission,
-        media::{Inside, Media, MediumId},
+        media::{Inside, Media},
         point::{Place, Point},
     },
 };
-
-/// When Russian roulette may end a walk.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Roulette {
-    /// Never: only the table's length ends a walk.
-    Off,
-    /// At vertices with this many edges behind them, and later, a walk survives with the probability of what the step keeps,
-    /// f̂|cos θ|/p · η²: the lecture's 1 − ρ ends it.
-    FromDepth(u32),
-    /// The same from there on, with the probability of what the walk has kept since its first edge.
-    ByThroughput(u32),
-}
-
-impl Roulette {
-    /// No step is surer to be survived, so that nothing walks forever.
-    const SUREST: f32 = 0.95;
-}
-
-impl Default for Roulette {
-    /// From four edges on.
-    fn default() -> Self {
-        Self::FromDepth(4)
-    }
-}
-
-/// A vertex of a subpath with what the walk knows on arriving there.
-#[derive(Clone, Copy, Debug)]
-pub struct Step {
-    /// The vertex.
-    pub vertex: Vertex,
-    /// The edge from this vertex back to its predecessor; meaningless at the subpath's first vertex.
-    pub back: Edge,
-    /// The prefix of F/p up to this vertex, without f̂ here: Π f̂ G/p, with W_e at the camera or L_e at the light,
-    /// and over the survival probabilities of roulette. V and α stand in both F and p of what a walk finds, and cancel; only
-    /// the α of the light that a walk starts on does not.
-    pub beta: Rgb,
-    /// Own-side density: of this vertex given its predecessors in the walk.
-    pub pdf_fwd: PdfArea,
-    /// Other-side density: of this vertex when the path is walked the other way. Known once the walk has gone two vertices
-    /// further; a connection supplies it for the last two.
-    pub pdf_rev: PdfArea,
-    /// The product of roulette's survival probabilities so far: in the estimate, not in any density.
-    pub survival: f32,
-    /// What the strategies that connect before this vertex have against one that connects further on: see
-    /// [`Rivals`](super::Rivals). Known, as `pdf_rev` is, once the walk has gone two vertices further.
-    pub rivals: RivalSum,
-}
-
-impl Step {
-    /// The first vertex of a subpath, or any that was drawn on its own.
-    #[inline(always)]
-    pub(super) fn first(point: Point, pdf: PdfArea) -> Self {
-        Self {
-            vertex: Vertex::new(point),
-            back: Edge {
-                direction: Vec3::Z,
-                distance_squared: 1.0,
-                cos_a: 1.0,
-                cos_b: 1.0,
-                alpha_a: 1.0,
-                alpha_b: 1.0,
-                visibility: 1.0,
-            },
-            beta: Rgb::splat(1.0 / pdf.0),
-            pdf_fwd: pdf,
-            pdf_rev: PdfArea::ZERO,
-            survival: 1.0,
-            rivals: RivalSum::ZERO,
-        }
-    }
-
-    /// A light vertex p_n sampled by next-event estimation with density `pdf`.
-    #[inline(always)]
-    pub fn next_event(point: Point, pdf: PdfArea) -> Self {
-        Self::first(point, pdf)
-    }
-}
 
 /// A subpath from the camera (p_0 p_1 …) or from a light (p_n p_{n−1} …).
 #[derive(Clone, Debug)]
@@ -107,8 +31,10 @@ pub struct Subpath {
     /// Of a light subpath: 1 if a ray can meet its light, else 0.
     hittable: f32,
     rivals: RunningSum,
-    /// Where the scene has media: what the walk is in, and what it was in on arriving at its second vertex.
-    inside: [Inside; 2],
+    /// Where the scene has media: what the walk is in.
+    inside: Inside,
+    /// What a walk from the camera was in on arriving at its second vertex; `None` for empty space without a boundary.
+    inside_at_second: Option<Inside>,
     lost_to_sides: u64,
 }
 
@@ -146,7 +72,8 @@ impl Subpath {
             next_event_ratio: 1.0,
             hittable: 1.0,
             rivals: RunningSum::default(),
-            inside: [Inside::NOTHING; 2],
+            inside: Inside::NOTHING,
+            inside_at_second: None,
             lost_to_sides: 0,
         }
     }
@@ -208,7 +135,9 @@ impl Subpath {
         let u = if camera.has_aperture() { sampler.next_2d() } else { Vec2::ZERO };
         self.put_lens(scene, camera.sample_lens(raster, u));
         if let Some(media) = scene.media() {
-            self.start_at_lens(scene, media);
+            let lens = &mut self.room[0].vertex.point;
+            lens.media = [self.inside.start_at_lens(scene, media, lens.position); 2];
+            self.inside_at_second = None;
         }
         let Step { vertex: Vertex { point: p, .. }, beta, .. } = &self.room[0];
         let direction = camera.direction(p, raster);
@@ -240,9 +169,9 @@ impl Subpath {
             return;
         }
         self.whole = self.room[1].beta.max_element();
-        self.inside[0] = self.inside[1];
+        self.inside = self.inside_at_second.unwrap_or(Inside::NOTHING);
         let way = Way { transport: Transport::Radiance, vertices, roulette, branch };
-        if let Some(departure) = self.depart(scene, way, sampler) {
+        if let Some(departure) = self.depart(way, sampler) {
             self.walk(scene, departure, way, sampler);
         }
     }
@@ -257,7 +186,8 @@ impl Subpath {
         let u = if camera.has_aperture() { sampler.next_2d() } else { Vec2::ZERO };
         let Some(lens) = camera.sample_lens_towards(seen, u) else { return false };
         self.put_lens(scene, lens);
-        if let Some(media) = scene.media() {
+        // Nothing else asks for the medium of a lens that no walk leaves.
+        if let Some(media) = scene.absorbing_media() {
             let lens = &mut self.room[0].vertex.point;
             lens.media = [media.medium_at_lens(scene, lens.position); 2];
         }
@@ -309,7 +239,7 @@ impl Subpath {
         };
         self.whole = departure.beta.max_element();
         if let Some(media) = scene.media() {
-            self.start_at_light(scene, media, &emission);
+            self.inside.start_at_light(scene, media, &emission);
         }
         self.walk(scene, departure, Way { transport: Transport::Importance, vertices, roulette, branch }, sampler);
     }
@@ -329,18 +259,18 @@ impl Subpath {
             if self.len == way.vertices as usize {
                 return;
             }
-            let Some(next) = self.depart(scene, way, sampler) else { return };
+            let Some(next) = self.depart(way, sampler) else { return };
             departure = next;
         }
     }
 
     /// Leaves the last vertex, if the walk goes on.
     #[inline(always)]
-    fn depart(&mut self, scene: &Scene, way: Way, sampler: &mut impl Sampler) -> Option<Departure> {
+    fn depart(&mut self, way: Way, sampler: &mut impl Sampler) -> Option<Departure> {
         sampler.start(Block::scattering(self.len as u32 - 1).of_branch(way.branch));
         let u = sampler.next_3d();
         let survive = sampler.next_chance();
-        let departure = self.scatter(scene, way, u, survive)?;
+        let departure = self.scatter(way, u, survive)?;
         self.sum_rivals();
         Some(departure)
     }
@@ -398,7 +328,9 @@ impl Subpath {
             survival: departure.survival,
             rivals: RivalSum::ZERO,
         });
-        if let Some(media) = scene.media() {
+        if let Some(media) = scene.media()
+            && !self.inside.may_pass_over(media, &self.room[self.len - 1].vertex.point)
+        {
             self.come_through(scene, media, departure.direction, transport);
         }
     }
@@ -407,29 +339,14 @@ impl Subpath {
     /// absorbed on the way.
     #[inline(never)]
     fn come_through(&mut self, scene: &Scene, media: &Media, direction: Vec3, transport: Transport) {
-        let len = self.len;
-        let [.., from, here] = &mut self.room[..len] else { return };
-        let [inside, at_second] = &mut self.inside;
-        let medium = inside.arrive(scene, media, &mut here.vertex.point, direction);
-        if len == 2 {
-            *at_second = *inside;
+        let [.., from, here] = &mut self.room[..self.len] else { return };
+        let medium = self.inside.arrive(scene, media, &mut here.vertex.point, direction);
+        if transport == Transport::Radiance && self.len == 2 {
+            self.inside_at_second = Some(self.inside);
         }
-        let edge = here.back.reversed();
-        here.beta *= transmittance(scene, &from.vertex.point, &edge, &here.vertex.point, transport, medium);
-    }
-
-    /// Starts in what is around the lens, which comes to know its medium.
-    #[inline(never)]
-    fn start_at_lens(&mut self, scene: &Scene, media: &Media) {
-        let lens = &mut self.room[0].vertex.point;
-        self.inside[0] = Inside::starting(media.around_lens(scene, lens.position));
-        lens.media = [self.inside[0].medium(); 2];
-    }
-
-    /// Starts in what is around a light.
-    #[inline(never)]
-    fn start_at_light(&mut self, scene: &Scene, media: &Media, emission: &Emission) {
-        self.inside[0] = Inside::starting(media.around_emission(scene, emission));
+        if media.absorb() {
+            here.beta *= walked_transmittance(scene, from, here, transport, medium);
+        }
     }
 
     /// Adds to the running sum of the last vertex but one, now that its other-side density is known.
@@ -456,13 +373,7 @@ impl Subpath {
     /// Samples how the walk leaves its last vertex, and fills in what that decides: the vertex's lobe and its
     /// predecessor's other-side density.
     #[inline(always)]
-    fn scatter(
-        &mut self,
-        scene: &Scene,
-        Way { transport, roulette, .. }: Way,
-        u: Vec3,
-        survive: Chance,
-    ) -> Option<Departure> {
+    fn scatter(&mut self, Way { transport, roulette, .. }: Way, u: Vec3, survive: Chance) -> Option<Departure> {
         let edges = self.len as u32 - 1;
         let [.., before, here] = &mut self.room[..self.len] else { return None };
         let known = here.back.direction;
@@ -507,37 +418,11 @@ impl Subpath {
         }
         let played = here.survival / survival;
         let beta = here.beta * ratio * mistake!(played, RouletteUndivided => 1.0);
-        if scene.media().is_some() && p.normal.dot(sample.direction) * p.normal.dot(known) < 0.0 {
-            self.inside[0].go_through();
+        if self.inside.is_at_boundary() && p.normal.dot(sample.direction) * p.normal.dot(known) < 0.0 {
+            self.inside.go_through();
         }
         let origin = here.vertex.point.ray_origin(sample.direction);
         let pdf = mistake!(fwd, RouletteInDensities => PdfSolidAngle(fwd.0 / played));
         Some(Departure { origin, direction: sample.direction, pdf, beta, survival })
     }
-}
-
-/// exp(−σ_a d) along the edge from `a`, the camera's end, to `b`, in the medium into which `a` sees it leave: of a connection.
-#[inline(never)]
-pub(super) fn connecting_transmittance(scene: &Scene, a: &Point, ab: &Edge, b: &Point) -> Rgb {
-    let medium = mistake!(a.medium_towards(ab.direction), ConnectionsInEmptySpace => MediumId::EMPTY);
-    transmittance(scene, a, ab, b, Transport::Radiance, medium)
-}
-
-/// exp(−σ_a d) along the edge from `a` to `b`: the part of the light that `medium`, in which the edge lies, lets pass, or the local
-/// volume in its place. For that the end nearer the camera is asked first, whichever way the edge was found.
-fn transmittance(scene: &Scene, a: &Point, ab: &Edge, b: &Point, walked: Transport, medium: MediumId) -> Rgb {
-    let absorption = match walked {
-        Transport::Radiance => scene.absorption(a, ab.direction, b, medium),
-        Transport::Importance => scene.absorption(b, -ab.direction, a, medium),
-    };
-    if absorption == Rgb::ZERO {
-        return Rgb::ONE;
-    }
-    let distance = match (a.place, b.place) {
-        (Place::Infinite, _) | (_, Place::Infinite) => f32::INFINITY,
-        (Place::Film, _) | (_, Place::Film) => a.position.distance(b.position),
-        _ => ab.distance_squared.sqrt(),
-    };
-    // A channel that is not absorbed stays whole at any distance, also where 0·∞ would be no number.
-    absorption.map(|s| if s == 0.0 { 1.0 } else { (-s * distance).exp() })
 }

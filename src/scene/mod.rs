@@ -66,6 +66,15 @@ pub struct Traced {
     pub visibility: f32,
 }
 
+/// Parts of the image, in [0, 1], by the camera's first surface: see [`Scene::first_sight`].
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct FirstSight {
+    /// Where it has delta lobes: what light tracing cannot connect to the lens.
+    pub specular: f32,
+    /// Where it is the back face of a single-sided material.
+    pub back_faces: f32,
+}
+
 impl Scene {
     /// Drops what is in `geometry` twice ([`Geometry::drop_copies`]), builds the trees over the rest, finds what coincides
     /// ([`Geometry::find_coincident`]) and gathers all lights: emissive primitives first, then `others`.
@@ -323,6 +332,12 @@ impl Scene {
         self.media.as_deref()
     }
 
+    /// The media, where one of them absorbs.
+    #[inline(always)]
+    pub fn absorbing_media(&self) -> Option<&Media> {
+        self.media().filter(|media| media.absorb())
+    }
+
     /// σ_a of what fills the segment that leaves `a`, its end nearer the camera, in the unit direction `ab` and ends at `b`, 1/m; zero for
     /// clear space. `medium` is the body that the segment lies in, as walks carry it: no surface of one is on its way, since none
     /// lets a segment pass.
@@ -330,10 +345,7 @@ impl Scene {
     /// Volumes that are no bodies are asked first, by the rule of [`Boundary::Local`].
     #[inline(always)]
     pub fn absorption(&self, a: &Point, ab: Vec3, b: &Point, medium: MediumId) -> Rgb {
-        match self.media() {
-            Some(media) if media.absorb() => Self::absorption_amid(media, [a, b], ab, medium),
-            _ => Rgb::ZERO,
-        }
+        self.absorbing_media().map_or(Rgb::ZERO, |media| Self::absorption_amid(media, [a, b], ab, medium))
     }
 
     #[inline(never)]
@@ -362,33 +374,25 @@ impl Scene {
         &self.materials[id.0 as usize]
     }
 
-    /// The part of the image, in [0, 1], in which the camera's first surface has delta lobes: what light tracing cannot
-    /// connect to the lens. Estimated with one ray for each cell of a 64 × 64 grid.
-    pub fn seen_specular_fraction(&self) -> f32 {
-        self.seen_fraction(|point, _| point.bsdf.delta_count() > 0)
-    }
-
-    /// The part of the image, in [0, 1], that shows the back face of a single-sided material. Estimated with one ray for each
-    /// cell of a 64 × 64 grid.
-    pub fn seen_back_face_fraction(&self) -> f32 {
-        self.seen_fraction(|point, w| point.normal.dot(w) > 0.0 && hides_back_faces(self.material(point.material)))
-    }
-
-    /// The part of the image, in [0, 1], in which `holds` of the camera's first surface point and the unit direction in which it is
-    /// seen. Estimated with one ray for each cell of a 64 × 64 grid; a surface with α < 1/2 is looked through.
-    fn seen_fraction(&self, holds: impl Fn(&Point, Vec3) -> bool) -> f32 {
+    /// What the camera sees first. Estimated with one ray for each cell of a 64 × 64 grid; a surface with α < 1/2 is looked through.
+    pub fn first_sight(&self) -> FirstSight {
         const SIDE: u32 = 64;
         let sensor = self.camera.sensor();
         let size = Vec2::new(sensor.width as f32, sensor.height as f32);
-        let seen = (0..SIDE * SIDE).filter(|i| {
+        let (mut specular, mut back_faces) = (0_u16, 0_u16);
+        for i in 0..SIDE * SIDE {
             let cell = Vec2::new((i % SIDE) as f32 + 0.5, (i / SIDE) as f32 + 0.5) / SIDE as f32;
             let raster = Raster(cell * size);
             let lens = self.camera.sample_lens(raster, Vec2::splat(0.5));
             let w = self.camera.direction(&lens, raster);
             let seen = self.trace_from_camera(lens.ray_origin(w), w, lens.primitive, |alpha| alpha >= 0.5);
-            seen.hit.is_some_and(|hit| holds(&self.point_at(&seen.ray, &hit), w))
-        });
-        seen.count() as f32 / (SIDE * SIDE) as f32
+            let Some(hit) = seen.hit else { continue };
+            let point = self.point_at(&seen.ray, &hit);
+            specular += u16::from(point.bsdf.delta_count() > 0);
+            back_faces += u16::from(point.normal.dot(w) > 0.0 && hides_back_faces(self.material(point.material)));
+        }
+        let fraction = |count| f32::from(count) / (SIDE * SIDE) as f32;
+        FirstSight { specular: fraction(specular), back_faces: fraction(back_faces) }
     }
 }
 

@@ -40,14 +40,14 @@ fn dolls_house(furniture: impl FnOnce(&mut Geometry), others: Vec<Material>) -> 
 #[test]
 fn a_furnace_seen_through_its_wall_is_a_furnace() {
     let scene = dolls_house(|_| {}, vec![]).culling_back_faces();
-    assert!(scene.seen_back_face_fraction() == 0.0);
+    assert!(scene.first_sight().back_faces == 0.0);
     for edges in 1..=2 {
         let expected = f64::from(ALBEDO).powi(edges as i32 - 1);
         assert_radiance("a furnace through its wall", &scene, &WEIGHTED, edges, 16, expected);
     }
     assert_radiance("the same by area", &scene, &[IntegratorKind::Area], 1, 64, 1.0);
     let closed = dolls_house(|_| {}, vec![]);
-    assert!(closed.seen_back_face_fraction() == 1.0);
+    assert!(closed.first_sight().back_faces == 1.0);
 }
 
 /// With a mirror that shows the walls from behind as well, cards that face away or are there in part, and a ball.

@@ -56,6 +56,25 @@ fn a_scene_looks_alike_wherever_it_lies() {
     }
 }
 
+/// What a parent far away and its child's way back come to is where the child lies, and nothing needs another centre.
+#[test]
+fn translations_that_cancel_leave_their_difference() {
+    let near = scene(DVec3::ZERO);
+    let wanted = load(&near).unwrap();
+    for away in [DVec3::new(4e6 + 1.0 / 3.0, -4e6 - 0.7, 1e5 + 0.1), DVec3::new(-3_761_603.743_620_786, 77_777.77, 0.3)]
+    {
+        let mut document = near.clone();
+        let own = DVec3::new(-1.3, -1.2, 0.1);
+        document["nodes"][0]["translation"] = json!((own + away).to_array());
+        document["nodes"][1]["translation"] = json!((-away).to_array());
+        let found = load(&document).unwrap();
+        assert_eq!((found.centre, &found.warnings), (DVec3::ZERO, &wanted.warnings));
+        let [a, b] = [&wanted, &found].map(|loaded| loaded.geometry.bounds().unwrap());
+        let off = (a.min - b.min).abs().max((a.max - b.max).abs()).max_element();
+        assert!(off < 1e-6, "{off} m by {away}: {b:?}");
+    }
+}
+
 #[test]
 fn a_scene_that_is_larger_than_f32_holds_says_so() {
     let mut document = scene(DVec3::ZERO);

@@ -117,6 +117,27 @@ fn skins_stand_where_their_joints_are() {
     assert_eq!(shape(&document).2, Vec3::NEG_Z, "joints that mirror leave the front on its side");
 }
 
+/// Joints far away, in which each corner is a weighted mean of places that f32 cannot hold.
+#[test]
+fn a_skin_far_from_the_origin_keeps_its_shape() {
+    let joints = [0_u8, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0];
+    let weights = bytes(&[1., 0., 0., 0., 1., 0., 0., 0., 0.75, 0.25, 0., 0.]);
+    let near = skinned(&joints, accessor(0, 5121, 3, "VEC4"), &weights, accessor(0, 5126, 3, "VEC4"));
+    let wanted = load(&near).unwrap().geometry.bounds().unwrap();
+    for offset in
+        [DVec3::new(1e5 + 0.3, -1e5, 0.0), DVec3::new(-3_761_603.743_620_786, 4_105_279.007_277_16, 3_870_314.849)]
+    {
+        let joint = (offset + DVec3::new(0.0, 0.0, 5.0)).to_array();
+        let far = load(&changed(near.clone(), "/nodes/1/translation", json!(joint))).unwrap();
+        assert!((far.centre - offset).length() < 20.0 && far.warnings.is_empty(), "{} {:?}", far.centre, far.warnings);
+        let found = far.geometry.bounds().unwrap();
+        for (found, wanted) in [(found.min, wanted.min), (found.max, wanted.max)] {
+            let off = (far.centre + found.as_dvec3() - offset - wanted.as_dvec3()).abs().max_element();
+            assert!(off < 3e-6, "{off} m at {offset}");
+        }
+    }
+}
+
 #[test]
 fn bad_skins_are_a_sentence_and_joints_elsewhere_a_warning() {
     let (joints, weights) = ([0_u8, 0, 0, 0, 7, 0, 0, 0, 0, 0, 0, 0], bytes(&[1.; 12]));

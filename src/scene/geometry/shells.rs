@@ -154,12 +154,14 @@ fn pieces(mesh: &Mesh, wanted: &impl Fn(MaterialId) -> bool) -> Vec<Piece> {
         sets.unite(ids[0], ids[2]);
         faces.push((ids, index, material, turned));
     }
-    let mut number = HashMap::new();
     let mut pieces = Vec::<(Piece, DVec3)>::new();
+    // The piece of each set's first corner.
+    let mut number = vec![None; sets.len()];
+    // Each with its lower corner, its higher one and, in the last bit, its direction: one number, which is sorted fast.
     let mut edges = Vec::with_capacity(3 * faces.len());
     for (ids, index, material, turned) in faces {
         let triangle = mesh.triangle(index);
-        let n = *number.entry(sets.find(ids[0])).or_insert_with(|| {
+        let n = *number[sets.find(ids[0]) as usize].get_or_insert_with(|| {
             let piece = Piece { material, open: 0, crowded: false, volume: 0.0, bounds: triangle.bounds() };
             pieces.push((piece, triangle.corners()[0].as_dvec3()));
             pieces.len() - 1
@@ -170,15 +172,17 @@ fn pieces(mesh: &Mesh, wanted: &impl Fn(MaterialId) -> bool) -> Vec<Piece> {
         piece.volume += a.dot(b.cross(c)) / if turned { -6.0 } else { 6.0 };
         for (from, to) in [(ids[0], ids[1]), (ids[1], ids[2]), (ids[2], ids[0])] {
             if from != to {
-                edges.push((from.min(to), from.max(to), from < to, n));
+                let corners = u64::from(from.min(to)) << 32 | u64::from(from.max(to)) << 1;
+                edges.push(corners | u64::from(from < to));
             }
         }
     }
     edges.sort_unstable();
-    for same in edges.chunk_by(|a, b| (a.0, a.1) == (b.0, b.1)) {
-        let piece = &mut pieces[same[0].3].0;
+    for same in edges.chunk_by(|a, b| a >> 1 == b >> 1) {
+        let Some(n) = number[sets.find((same[0] >> 32) as u32) as usize] else { continue };
+        let piece = &mut pieces[n].0;
         piece.crowded |= same.len() > 2;
-        piece.open += u64::from(2 * same.iter().filter(|edge| edge.2).count() != same.len());
+        piece.open += u64::from(2 * same.iter().filter(|edge| *edge & 1 == 1).count() != same.len());
     }
     pieces.into_iter().map(|(piece, _)| piece).collect()
 }
@@ -191,9 +195,14 @@ struct Sets {
 
 impl Sets {
     fn add(&mut self) -> u32 {
-        let id = u32::try_from(self.parent.len()).expect("fewer than 2³² corners");
+        let id = self.parent.len() as u32;
+        assert!(id < 1 << 31, "fewer than 2³¹ corners");
         self.parent.push(id);
         id
+    }
+
+    fn len(&self) -> usize {
+        self.parent.len()
     }
 
     fn find(&mut self, mut id: u32) -> u32 {

@@ -56,9 +56,6 @@ pub struct NotARadiance {
     pub value: Rgb,
 }
 
-/// Texels that are darker than the brightest by more than this factor are black: a choice has no more integers.
-const FAINTEST: f32 = 1.0 / (1_u128 << 64) as f32;
-
 /// Where a direction falls: between two rows and two columns of centres.
 struct Cell {
     rows: [usize; 2],
@@ -77,15 +74,13 @@ impl EnvironmentMap {
     ///
     /// # Panics
     /// Without a texel, or if the last row is not full.
-    pub fn new(width: usize, mut texels: Vec<Rgb>, rotation: f32) -> Result<Self, NotARadiance> {
+    pub fn new(width: usize, texels: Vec<Rgb>, rotation: f32) -> Result<Self, NotARadiance> {
         assert!(!texels.is_empty() && texels.len().is_multiple_of(width), "a map of {width} × {} texels", texels.len());
         let height = texels.len() / width;
         if let Some(i) = texels.iter().position(|t| !t.to_array().iter().all(|c| (0.0..=BRIGHTEST).contains(c))) {
             return Err(NotARadiance { x: i % width, y: i / width, value: texels[i] });
         }
         let brightest = texels.iter().map(|t| t.max_element()).fold(0.0, f32::max);
-        let faint = brightest * FAINTEST;
-        texels.iter_mut().filter(|t| t.max_element() < faint).for_each(|t| *t = Rgb::ZERO);
 
         let angle = |row: usize| std::f64::consts::PI * (row as f64 + 0.5) / height as f64;
         let from_pole: Vec<_> = (0..height).map(|row| 2.0 * (0.5 * angle(row)).sin().powi(2)).collect();
@@ -307,6 +302,38 @@ mod tests {
                     assert!(a.y > b.y && b.y > c.y, "{sun:e}, {band}, {column}: {a} {b} {c}");
                 }
             }
+        }
+    }
+
+    /// 10⁻³⁰ of the light is less than an integer's share. A cell with it has an integer all the same, and a ray that leaves the scene
+    /// there finds what the texel says, with the density that belongs to it.
+    #[test]
+    fn however_bright_a_sun_is_no_texel_is_black() {
+        let (map, even) = (beside(1e30), beside(1.0));
+        let (w, h) = (map.width, map.height);
+        let bands = shares(&map.bands);
+        assert_eq!(bands.len(), h + 1);
+        for band in 0..=h {
+            assert_eq!(shares(&map.cells[band * w..][..w]).len(), w, "{band}");
+        }
+        let center = |band: usize, column: usize| {
+            let middle = |begins: &[u64], i: usize| {
+                let end = begins.get(i + 1).copied().unwrap_or(Choice::COUNT);
+                Choice::new(begins[i] + (end - begins[i]) / 2)
+            };
+            even.sample([middle(&even.cells[band * w..][..w], column), middle(&even.bands, band)])
+        };
+        // Away from the sun's four cells.
+        for (band, column) in (6..=h).flat_map(|band| (0..w).map(move |column| (band, column))) {
+            let direction = center(band, column);
+            let radiance = map.radiance(direction);
+            assert!(
+                radiance.min_element() > 0.0 && radiance == even.radiance(direction),
+                "{band}, {column}: {radiance}"
+            );
+            let density = f64::from(luminance(radiance)) / f64::from(map.integral());
+            let off = f64::from(map.pdf(direction).0) / density - 1.0;
+            assert!(density < 2_f64.powi(-64) && off.abs() < 1e-5, "{band}, {column}: {off}");
         }
     }
 

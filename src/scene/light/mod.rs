@@ -8,6 +8,7 @@ mod choice;
 mod emission;
 mod environment;
 mod next_event;
+mod source;
 mod spot;
 mod tree;
 
@@ -16,21 +17,27 @@ mod tests;
 #[cfg(test)]
 mod tree_tests;
 
-use std::{collections::HashMap, f32::consts::FRAC_1_PI, num::NonZeroU32, sync::Arc};
+use std::{collections::HashMap, f32::consts::FRAC_1_PI};
 
 use glam::{Vec2, Vec3};
 
-use self::{choice::Kind, emission::Detail, next_event::NextEvent};
+use self::{
+    choice::Kind,
+    emission::Detail,
+    next_event::NextEvent,
+    source::{at_infinity, emitter, without_extent},
+};
 pub use self::{
     choice::LightChoice,
     emission::EmissionMap,
     environment::{EnvironmentMap, NotARadiance},
+    source::{Light, LightId},
     spot::Spot,
 };
 use super::{
-    geometry::{Geometry, MeshId, PrimitiveId},
+    geometry::{Geometry, PrimitiveId},
     material::{EmissionSides, Material, MaterialId},
-    point::{Place, Point},
+    point::Point,
 };
 use crate::{
     math::{Frame, Rgb, luminance},
@@ -40,69 +47,6 @@ use crate::{
 /// More than this in any channel is no radiance, intensity or irradiance of a light that is read: integrals of it would come
 /// near the end of what f32 can represent.
 pub const BRIGHTEST: f32 = 1e30;
-
-/// The index of a light: every triangle or sphere that emits is one, in every instance, and so is every point light, spot, sun
-/// and environment.
-///
-/// It is kept as the index's successor, so that a point's `Option<LightId>` takes four bytes.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct LightId(NonZeroU32);
-
-impl LightId {
-    /// The light of this index, below `u32::MAX`.
-    #[inline]
-    pub fn new(index: u32) -> Self {
-        Self(NonZeroU32::MIN.saturating_add(index))
-    }
-
-    /// Its place among [`Lights::all`].
-    #[inline]
-    pub fn index(self) -> usize {
-        self.0.get() as usize - 1
-    }
-}
-
-/// A source of light.
-#[derive(Clone, Debug)]
-pub enum Light {
-    /// A primitive each of whose points emits the same radiance (W/(m² sr) or nit) into every direction of its emitting
-    /// sides: [`Point::emission`].
-    Area {
-        /// The primitive.
-        primitive: PrimitiveId,
-        /// L_e; of a textured primitive its mean.
-        radiance: Rgb,
-        /// Which sides emit, with respect to N_g.
-        sides: EmissionSides,
-        /// The primitive's area, m².
-        area: f32,
-        /// Where on it how much is emitted; `None` if it is the same everywhere. Instances of a mesh share it.
-        map: Option<Arc<EmissionMap>>,
-    },
-    /// An isotropic point light. Never seen directly.
-    Point {
-        /// Where it is.
-        position: Vec3,
-        /// Intensity, W/sr or candela.
-        intensity: Rgb,
-    },
-    /// A point that shines into a cone. Never seen directly.
-    Spot(Spot),
-    /// A sun: parallel light. Never seen directly.
-    Directional {
-        /// The unit direction *towards* the light.
-        towards: Vec3,
-        /// Irradiance on a plane that faces the light, W/m² or lux.
-        irradiance: Rgb,
-    },
-    /// The same radiance from every direction in which a ray leaves the scene.
-    Environment {
-        /// L_e.
-        radiance: Rgb,
-    },
-    /// Radiance by the direction in which a ray leaves the scene.
-    EnvironmentMap(Arc<EnvironmentMap>),
-}
 
 /// Where and how a light subpath starts.
 #[derive(Clone, Copy, Debug)]
@@ -415,91 +359,6 @@ impl Lights {
             Light::Directional { towards, .. } => at_infinity(*towards, id),
             Light::Environment { .. } => at_infinity(warp::sphere(u.place()), id),
             Light::EnvironmentMap(map) => at_infinity(map.sample(u.refined(rest.rest())), id),
-        }
-    }
-}
-
-impl Light {
-    /// Whether a ray can meet it: a surface or an environment, not a point, a spot or a sun.
-    #[inline(always)]
-    pub fn has_extent(&self) -> bool {
-        matches!(self.kind(), Kind::Surface | Kind::Environment)
-    }
-
-    /// Whether it is not infinitely far away.
-    fn has_a_place(&self) -> bool {
-        matches!(self.kind(), Kind::Surface | Kind::Lamp)
-    }
-
-    /// The luminance of its (mean) radiance or its intensity; zero for infinite lights.
-    fn brightness(&self) -> f32 {
-        match self {
-            Self::Area { radiance, .. } => luminance(*radiance),
-            Self::Point { intensity, .. } => luminance(*intensity),
-            Self::Spot(spot) => luminance(spot.intensity()),
-            Self::Directional { .. } | Self::Environment { .. } | Self::EnvironmentMap(_) => 0.0,
-        }
-    }
-
-    #[inline(always)]
-    fn kind(&self) -> Kind {
-        match self {
-            Self::Area { .. } => Kind::Surface,
-            Self::Point { .. } | Self::Spot(_) => Kind::Lamp,
-            Self::Directional { .. } => Kind::Sun,
-            Self::Environment { .. } | Self::EnvironmentMap(_) => Kind::Environment,
-        }
-    }
-}
-
-/// The maps that instances share, by mesh and triangle; `None` where a triangle is black.
-type SharedMaps = HashMap<(MeshId, u32), Option<Arc<EmissionMap>>>;
-
-/// The light that a primitive of an emissive material is; `None` if its texture is black all over.
-///
-/// Whether it is one depends on its mesh alone, not on where an instance puts it.
-fn emitter(
-    geometry: &Geometry,
-    materials: &[Material],
-    primitive: PrimitiveId,
-    detail: Detail,
-    shared: &mut SharedMaps,
-) -> Option<Light> {
-    let material = &materials[geometry.material(primitive).0 as usize];
-    let area = Light::Area {
-        primitive,
-        radiance: material.emission,
-        sides: material.emission_sides,
-        area: geometry.area(primitive),
-        map: None,
-    };
-    let Some(maps) = material.maps.as_ref().filter(|maps| maps.vary_emission()) else { return Some(area) };
-    let new = || EmissionMap::new(geometry, primitive, material, maps, detail).map(Arc::new);
-    let found = match primitive.instance() {
-        Some(n) => shared.entry((geometry.mesh_of(n), primitive.index())).or_insert_with(new).clone(),
-        None => new(),
-    }?;
-    let Light::Area { primitive, sides, area, .. } = area else { return None };
-    let radiance = found.mean();
-    Some(Light::Area { primitive, radiance, sides, area, map: (!geometry.is_sphere(primitive)).then_some(found) })
-}
-
-/// The point of the light `id` that has a place and nothing else.
-fn without_extent(position: Vec3, id: LightId) -> Point {
-    Point { place: Place::Degenerate, light: Some(id), ..Point::nowhere(position) }
-}
-
-/// The infinite point of the light `id` in the unit direction `w`.
-fn at_infinity(w: Vec3, id: LightId) -> Point {
-    Point { place: Place::Infinite, light: Some(id), ..Point::nowhere(w) }
-}
-
-impl EmissionSides {
-    /// How many sides emit.
-    fn count(self) -> f32 {
-        match self {
-            Self::Front => 1.0,
-            Self::Both => 2.0,
         }
     }
 }

@@ -6,17 +6,20 @@
 //! material: a stone in resin, or water that reaches into its glass, however deep they are nested. In place of a body whose surface
 //! is not closed stands a local rule; see [`Boundary`].
 
+mod start;
+mod walk;
+
 use std::sync::OnceLock;
 
 use glam::Vec3;
 
+use self::start::{Places, Start};
+pub use self::walk::Inside;
 use super::{
-    Scene,
     bsdf::Bsdf,
     geometry::{Bounds, Form, Geometry, PrimitiveId, Ray, Shells},
-    light::{Emission, Light, Lights},
+    light::Lights,
     material::{Coverage, Material, MaterialId},
-    point::{Place, Point},
 };
 use crate::math::Rgb;
 
@@ -27,6 +30,24 @@ pub struct MediumId(u8);
 impl MediumId {
     /// Empty space.
     pub const EMPTY: Self = Self(0);
+
+    /// The first of the bodies whose bits are set, or empty space.
+    #[inline]
+    fn first(bodies: u64) -> Self {
+        Self(if bodies == 0 { 0 } else { bodies.trailing_zeros() as u8 + 1 })
+    }
+
+    /// Where a body has its bit.
+    #[inline]
+    fn bit(self) -> usize {
+        usize::from(self.0) - 1
+    }
+
+    /// The bits of bodies with that of this one set, or not.
+    #[inline]
+    fn with(self, bits: u64, set: bool) -> u64 {
+        (bits & !(1 << self.bit())) | (u64::from(set) << self.bit())
+    }
 }
 
 /// The most bodies that walks keep track of.
@@ -38,26 +59,48 @@ pub struct Within {
     counts: [i8; MOST_BODIES],
     /// A bit for each body whose number is positive.
     inside: u64,
+    /// A bit for each body whose number is not 0.
+    counted: u64,
 }
 
 impl Within {
     /// Outside of everything.
-    pub const NOTHING: Self = Self { counts: [0; MOST_BODIES], inside: 0 };
+    pub const NOTHING: Self = Self { counts: [0; MOST_BODIES], inside: 0, counted: 0 };
 
     /// The medium there: the body of the highest priority.
     #[inline]
     pub fn medium(&self) -> MediumId {
-        MediumId(if self.inside == 0 { 0 } else { self.inside.trailing_zeros() as u8 + 1 })
+        MediumId::first(self.inside)
     }
 
+    /// Whether every number is 0.
+    #[inline]
+    fn is_nothing(&self) -> bool {
+        self.counted == 0
+    }
+
+    #[inline]
     fn add(&mut self, body: MediumId, change: i8) {
-        let i = usize::from(body.0) - 1;
-        self.set(i, self.counts[i].saturating_add(change));
+        self.set(body, self.after(body, change));
     }
 
-    fn set(&mut self, i: usize, count: i8) {
-        self.counts[i] = count;
-        self.inside = (self.inside & !(1 << i)) | (u64::from(count > 0) << i);
+    /// The number of `body` after a change.
+    #[inline]
+    fn after(&self, body: MediumId, change: i8) -> i8 {
+        self.counts[body.bit()].saturating_add(change)
+    }
+
+    /// The medium that is there after a change.
+    #[inline]
+    fn medium_after(&self, body: MediumId, change: i8) -> MediumId {
+        MediumId::first(body.with(self.inside, self.after(body, change) > 0))
+    }
+
+    #[inline]
+    fn set(&mut self, body: MediumId, count: i8) {
+        self.counts[body.bit()] = count;
+        self.inside = body.with(self.inside, count > 0);
+        self.counted = body.with(self.counted, count != 0);
     }
 }
 
@@ -136,6 +179,9 @@ pub fn faults(geometry: &Geometry, materials: &[Material]) -> Vec<(MaterialId, F
     shells.all.iter().zip(faults).filter_map(|(shell, fault)| Some((shell.material, fault?))).collect()
 }
 
+/// The box without a place in it.
+const NOWHERE: Bounds = Bounds { min: Vec3::INFINITY, max: Vec3::NEG_INFINITY };
+
 /// The media of a scene in which some surface bounds a volume.
 #[derive(Clone, Debug)]
 pub struct Media {
@@ -147,6 +193,10 @@ pub struct Media {
     /// Whether surfaces of bodies may coincide, so that a ray that leaves one passes another.
     meet: bool,
     absorb: bool,
+    /// Whether one that is no body does.
+    absorb_locally: bool,
+    /// A box around all bodies.
+    bodies: Bounds,
     camera: OnceLock<(Bounds, Start)>,
     /// Of each light.
     lights: Vec<Start>,
@@ -158,15 +208,6 @@ struct Medium {
     ior: f32,
     /// σ_a, 1/m.
     absorption: Rgb,
-}
-
-/// What a light or the lens lies in.
-#[derive(Clone, Debug)]
-enum Start {
-    Nothing,
-    Known(Box<Within>),
-    /// It differs from point to point, or might.
-    Anywhere,
 }
 
 impl Media {
@@ -194,22 +235,23 @@ impl Media {
             boundaries[id] = Boundary::Body(MediumId(media.len() as u8));
             media.push(volumes[id]);
         }
-        let absorb = shells.all.iter().any(|shell| materials[shell.material.0 as usize].absorption != Rgb::ZERO);
-        let mut result =
-            Self { media, boundaries, volumes, meet: shells.meet, absorb, camera: OnceLock::new(), lights: Vec::new() };
-        let boxes = bodies.iter().map(|(shell, _)| shell.bounds).collect();
-        let mut places = Places { media: &result, geometry, boxes, surfaces: None, tests: 0 };
-        let start = |light: &Light| match light {
-            Light::Area { primitive, .. } => {
-                let middle = geometry.sample(*primitive, glam::Vec2::splat(0.5)).position;
-                places.start(geometry.bounds_of(*primitive), middle)
-            }
-            Light::Point { position, .. } => places.at(*position),
-            Light::Spot(spot) => places.at(spot.position()),
-            Light::Directional { .. } | Light::Environment { .. } | Light::EnvironmentMap(_) => Start::Nothing,
+        let absorbs = |material: MaterialId| volumes[material.0 as usize].absorption != Rgb::ZERO;
+        let absorb = shells.all.iter().any(|shell| absorbs(shell.material));
+        let absorb_locally =
+            shells.all.iter().zip(&faults).any(|(shell, fault)| fault.is_some() && absorbs(shell.material));
+        let boxes: Vec<_> = bodies.iter().map(|(shell, _)| shell.bounds).collect();
+        let mut result = Self {
+            media,
+            boundaries,
+            volumes,
+            meet: shells.meet,
+            absorb,
+            absorb_locally,
+            bodies: boxes.iter().copied().reduce(Bounds::union).unwrap_or(NOWHERE),
+            camera: OnceLock::new(),
+            lights: Vec::new(),
         };
-        let lights = lights.all().iter().map(start).collect();
-        result.lights = lights;
+        result.lights = Places::new(&result, geometry, boxes).of_lights(lights);
         Some(result)
     }
 
@@ -219,9 +261,16 @@ impl Media {
         self.boundaries.get(material.0 as usize).copied().unwrap_or(Boundary::Nothing)
     }
 
+    /// Whether a walk through empty space that comes to a surface of this material finds nothing to keep track of: neither a boundary, nor
+    /// perhaps another surface at the same place, nor a volume without a body that may have absorbed something.
+    #[inline(always)]
+    fn ignore(&self, material: MaterialId) -> bool {
+        !(self.meet || self.absorb_locally) && self.boundary(material) == Boundary::Nothing
+    }
+
     /// Whether any volume absorbs.
-    #[inline]
-    pub(super) fn absorb(&self) -> bool {
+    #[inline(always)]
+    pub fn absorb(&self) -> bool {
         self.absorb
     }
 
@@ -298,56 +347,6 @@ impl Media {
         if found(2) == b { b } else { a }
     }
 
-    /// What is around the lens of `scene` at the point `lens`.
-    pub fn around_lens(&self, scene: &Scene, lens: Vec3) -> Within {
-        match self.lens(scene) {
-            Start::Nothing => Within::NOTHING,
-            Start::Known(within) => **within,
-            Start::Anywhere => self.around(scene.geometry(), lens, None),
-        }
-    }
-
-    /// Its medium alone.
-    pub fn medium_at_lens(&self, scene: &Scene, lens: Vec3) -> MediumId {
-        match self.lens(scene) {
-            Start::Nothing => MediumId::EMPTY,
-            Start::Known(within) => within.medium(),
-            Start::Anywhere => self.around(scene.geometry(), lens, None).medium(),
-        }
-    }
-
-    /// Found when first asked for.
-    fn lens(&self, scene: &Scene) -> &Start {
-        let (geometry, bounds) = (scene.geometry(), scene.camera.lens_bounds());
-        let start = || {
-            let body = |id| matches!(self.boundary(id), Boundary::Body(_));
-            let all = geometry.with_material(&body).map(|id| geometry.bounds_of(id)).reduce(Bounds::union);
-            let boxes = all.into_iter().collect();
-            let mut places = Places { media: self, geometry, boxes, surfaces: None, tests: 0 };
-            let point = bounds.min == bounds.max;
-            if point { places.at(bounds.min) } else { places.start(bounds, 0.5 * (bounds.min + bounds.max)) }
-        };
-        let (known, start) = self.camera.get_or_init(|| (bounds, start()));
-        // Nothing is known of a camera that has been put in another's place.
-        if *known == bounds { start } else { &Start::Anywhere }
-    }
-
-    /// What a light path that leaves a light is in.
-    #[inline(never)]
-    pub fn around_emission(&self, scene: &Scene, emission: &Emission) -> Within {
-        let p = &emission.point;
-        match p.light.map(|id| &self.lights[id.index()]) {
-            None | Some(Start::Nothing) => Within::NOTHING,
-            Some(Start::Known(within)) => **within,
-            Some(Start::Anywhere) => {
-                let w = emission.direction;
-                let normal = p.normal * 1.0_f32.copysign(p.normal.dot(w));
-                let side = (p.place == Place::Surface).then_some(normal);
-                self.around(scene.geometry(), emission.origin.unwrap_or_else(|| p.ray_origin(w)), side)
-            }
-        }
-    }
-
     /// Puts the scattering between two media in place of that between a volume and empty space: η at a boundary is that of the two media
     /// beside it, `front` and `behind`. Where both are the same, the boundary lies in a body that comes before its own, and all light
     /// passes.
@@ -365,126 +364,6 @@ impl Media {
             Boundary::Body(_) => boundary.ior = ratio(self.ior(behind)),
             Boundary::Local => boundary.ior = ratio(self.ior_behind(material)),
             Boundary::Nothing => {}
-        }
-    }
-}
-
-/// Finds what lights and lenses lie in.
-struct Places<'a> {
-    media: &'a Media,
-    geometry: &'a Geometry,
-    /// Together they hold all bodies.
-    boxes: Vec<Bounds>,
-    /// Those of the bodies' primitives, once somebody asks.
-    surfaces: Option<Vec<Bounds>>,
-    tests: u64,
-}
-
-impl Places<'_> {
-    /// Of one place alone.
-    fn at(&self, place: Vec3) -> Start {
-        let point = Bounds { min: place, max: place };
-        if !self.boxes.iter().any(|b| b.meets(point)) {
-            return Start::Nothing;
-        }
-        Start::Known(Box::new(self.media.around(self.geometry, place, None)))
-    }
-
-    /// Of everything in a box: the same everywhere unless a boundary may cut it.
-    fn start(&mut self, all: Bounds, middle: Vec3) -> Start {
-        const MOST_TESTS: u64 = 100_000_000;
-        if !self.boxes.iter().any(|b| b.meets(all)) {
-            return Start::Nothing;
-        }
-        let (media, geometry) = (self.media, self.geometry);
-        let surfaces = self.surfaces.get_or_insert_with(|| {
-            let body = |id| matches!(media.boundary(id), Boundary::Body(_));
-            geometry.with_material(&body).map(|id| geometry.bounds_of(id)).collect()
-        });
-        self.tests += surfaces.len() as u64;
-        // Boundaries that touch the box may coincide with what is in it.
-        let margin = Vec3::splat(1e-5 * all.min.abs().max(all.max.abs()).max_element());
-        let wide = Bounds { min: all.min - margin, max: all.max + margin };
-        if self.tests > MOST_TESTS || surfaces.iter().any(|b| b.meets(wide)) {
-            return Start::Anywhere;
-        }
-        self.at(middle)
-    }
-}
-
-/// What a walk is in: on its way, and at its last vertex on the other side.
-#[derive(Clone, Copy, Debug)]
-pub struct Inside {
-    within: Within,
-    /// Whether there may be something else on the other side; else `beyond` says nothing.
-    parts: bool,
-    beyond: Within,
-}
-
-impl Inside {
-    /// A walk that starts outside of everything.
-    pub const NOTHING: Self = Self::starting(Within::NOTHING);
-
-    /// A walk that starts there.
-    pub const fn starting(within: Within) -> Self {
-        Self { within, parts: false, beyond: within }
-    }
-
-    /// The medium that the walk is in.
-    pub fn medium(&self) -> MediumId {
-        self.within.medium()
-    }
-
-    /// The walk arrives at `point` in the unit direction `w`: finds the media on both sides, and settles how it scatters there. Returns the
-    /// medium that the walk has come through.
-    #[inline(never)]
-    pub fn arrive(&mut self, scene: &Scene, media: &Media, point: &mut Point, w: Vec3) -> MediumId {
-        let toward = point.normal.dot(w);
-        let leaves = mistake!(toward > 0.0, AbsorptionOutside => toward < 0.0);
-        let transmits = matches!(point.bsdf, Bsdf::Dielectric(_) | Bsdf::Thin(_));
-        let boundary = media.boundary(point.material);
-        if let Boundary::Body(body) = boundary
-            && leaves
-        {
-            // Whoever sees a boundary from behind is in its body, also if a ray has slipped past an edge on its way in.
-            let i = usize::from(body.0) - 1;
-            self.within.set(i, self.within.counts[i].max(1));
-        }
-        self.parts = matches!(boundary, Boundary::Body(_)) || (transmits && media.meet);
-        if self.parts {
-            self.beyond = self.within;
-            self.cross(scene, media, point, w, leaves);
-        }
-        let near = self.within.medium();
-        let far = if self.parts { self.beyond.medium() } else { near };
-        point.media = if toward > 0.0 { [far, near] } else { [near, far] };
-        media.settle(&mut point.bsdf, point.material, point.media);
-        near
-    }
-
-    /// Finds what lies beyond the surface at `point`, and beyond whatever coincides with it: a ray that goes on starts behind all of that.
-    fn cross(&mut self, scene: &Scene, media: &Media, point: &Point, w: Vec3, leaves: bool) {
-        let geometry = scene.geometry();
-        media.pass(&mut self.beyond, geometry, point.primitive, mistake!(leaves, ExitKept => false));
-        if !media.meet {
-            return;
-        }
-        let ray = Ray::between(point.ray_origin(-w), point.ray_origin(w));
-        let _ = geometry.crossings(&ray, [point.primitive, PrimitiveId::NONE], |hit| {
-            let other = geometry.surface(&ray, hit);
-            // A sphere is not flat, and is met again by a ray through it.
-            if hit.primitive != point.primitive {
-                media.pass(&mut self.beyond, geometry, hit.primitive, other.normal.dot(w) > 0.0);
-            }
-            std::ops::ControlFlow::Continue(())
-        });
-    }
-
-    /// The walk goes on through the surface that it has reached.
-    #[inline(never)]
-    pub fn go_through(&mut self) {
-        if self.parts {
-            self.within = self.beyond;
         }
     }
 }
