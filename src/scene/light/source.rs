@@ -33,7 +33,7 @@ impl LightId {
         Self(NonZeroU32::MIN.saturating_add(index))
     }
 
-    /// Its place among [`Lights::all`].
+    /// Its place among [`Lights::all`](super::Lights::all).
     #[inline]
     pub fn index(self) -> usize {
         self.0.get() as usize - 1

@@ -92,11 +92,11 @@ impl Inside {
     fn look_beyond(&mut self, scene: &Scene, media: &Media, point: &Point, w: Vec3, boundary: Boundary) -> MediumId {
         let toward = point.normal.dot(w);
         let leaves = mistake!(toward > 0.0, AbsorptionOutside => toward < 0.0);
-        let leaves = mistake!(leaves, ExitKept => false);
+        let exits = mistake!(leaves, ExitKept => false);
         let transmits = || matches!(point.bsdf, Bsdf::Dielectric(_) | Bsdf::Thin(_));
         match boundary {
             Boundary::Body(body) if !media.meet => {
-                let change = if leaves { -1 } else { 1 };
+                let change = if exits { -1 } else { 1 };
                 self.beyond = Beyond::Changed(body, change);
                 self.within.medium_after(body, change)
             }
@@ -107,7 +107,7 @@ impl Inside {
             _ => {
                 self.beyond = Beyond::Other;
                 self.other = self.within;
-                self.cross(scene, media, point, w, leaves);
+                self.cross(scene, media, point, w, exits);
                 self.other.medium()
             }
         }
