@@ -7,9 +7,11 @@
 
 use std::ops::ControlFlow;
 
+use glam::Vec3;
+
 use super::{
-    Scene, Traced,
-    geometry::{Geometry, Hit, Plane, PrimitiveId, Rank, Ray, Surface},
+    Scene,
+    geometry::{Geometry, Hit, Plane, PrimitiveId, Rank, Ray},
     material::Material,
     point::{Place, Point},
 };
@@ -21,14 +23,14 @@ pub(super) fn left_by_others(
     geometry: &Geometry,
     materials: &[Material],
     primitive: PrimitiveId,
-    surface: &Surface,
+    position: Vec3,
 ) -> f32 {
     if !geometry.may_coincide(primitive) {
         return 1.0;
     }
     let rank = geometry.rank(primitive);
     let mut left = 1.0;
-    geometry.coincident_at(primitive, surface, |hit| {
+    geometry.coincident_at(primitive, position, |hit| {
         if geometry.rank(hit.primitive) < rank {
             left *= 1.0 - alpha(geometry, materials, &hit);
         }
@@ -43,82 +45,73 @@ pub(super) fn alpha(geometry: &Geometry, materials: &[Material], hit: &Hit) -> f
     material.alpha(|| geometry.attributes(hit.primitive, hit.barycentric))
 }
 
-/// What a ray meets where surfaces may coincide.
-enum Met {
-    /// It stops here.
-    Stops(Hit),
-    /// It passes them all, with this V.
-    Passes(f32),
+/// What a ray meets one after the other where surfaces may coincide, front to back and in the order of ranks.
+pub(super) struct Meetings {
+    ray: Ray,
+    skip: PrimitiveId,
+    /// The closest hit that is not behind it.
+    next: Option<Hit>,
+    /// Where the ray leaves: what lies in this plane was met there.
+    left: Option<Plane>,
+    /// What coincides with `next` and was met.
+    met: Option<Rank>,
+    /// Where the ray passed `next`'s predecessor, and with it what lies in this plane.
+    passed: Option<Plane>,
+}
+
+impl Meetings {
+    /// `next` is the closest hit.
+    pub fn new(geometry: &Geometry, ray: Ray, skip: PrimitiveId, next: Option<Hit>) -> Self {
+        let left = geometry.shared_plane(skip, ray.origin);
+        Self { ray, skip, next, left, met: None, passed: None }
+    }
+
+    #[cold]
+    #[inline(never)]
+    pub fn next(&mut self, geometry: &Geometry) -> Option<Hit> {
+        while let Some(hit) = self.next {
+            if ![&self.left, &self.passed].into_iter().flatten().any(|plane| geometry.is_in(plane, &hit)) {
+                if let Some(there) = self.next_at(geometry, &hit) {
+                    return Some(there);
+                }
+                self.met = None;
+                self.passed = geometry.shared_plane(hit.primitive, geometry.surface(&self.ray, &hit).position);
+            }
+            self.next = geometry.closest_after(&self.ray, self.skip, &hit);
+        }
+        None
+    }
+
+    /// Of `hit` and what coincides there, the first after what was met.
+    fn next_at(&mut self, geometry: &Geometry, hit: &Hit) -> Option<Hit> {
+        let mut first: Option<(Rank, Hit)> = None;
+        let mut see = |member: Hit| {
+            let rank = geometry.rank(member.primitive);
+            if self.met.is_none_or(|met| met < rank) && first.is_none_or(|(r, _)| rank < r) {
+                first = Some((rank, Hit { t: hit.t, ..member }));
+            }
+        };
+        see(*hit);
+        geometry.coincident_at(hit.primitive, geometry.surface(&self.ray, hit).position, see);
+        let (rank, member) = first?;
+        self.met = Some(rank);
+        Some(member)
+    }
 }
 
 impl Scene {
-    /// [`Scene::trace_through`] where surfaces coincide; `next` is the closest hit.
-    #[cold]
-    #[inline(never)]
-    pub(super) fn trace_among_coincident(
-        &self,
-        ray: Ray,
-        skip: PrimitiveId,
-        mut next: Option<Hit>,
-        mut stops: impl FnMut(f32) -> bool,
-        alpha: impl Fn(&Hit) -> f32,
-    ) -> Traced {
-        let geometry = &self.geometry;
-        let mut visibility = 1.0;
-        // What lies in the plane that the ray leaves was met there, and what lies in one that it has passed was passed with it.
-        let left = geometry.shared_plane(skip, ray.origin);
-        let mut passed: Option<Plane> = None;
-        while let Some(hit) = next {
-            if ![&left, &passed].into_iter().flatten().any(|plane| geometry.is_in(plane, &hit)) {
-                match self.meet(&ray, &hit, &mut stops, &alpha) {
-                    Met::Stops(hit) => return Traced { ray, hit: Some(hit), visibility },
-                    Met::Passes(v) => visibility *= v,
-                }
-                passed = geometry.shared_plane(hit.primitive, geometry.surface(&ray, &hit).position);
-            }
-            next = geometry.closest_after(&ray, skip, &hit);
-        }
-        Traced { ray, hit: None, visibility }
-    }
-
-    /// Goes through what is where the ray hits, in the order of ranks.
-    fn meet(&self, ray: &Ray, hit: &Hit, stops: &mut impl FnMut(f32) -> bool, alpha_of: &impl Fn(&Hit) -> f32) -> Met {
-        let geometry = &self.geometry;
-        let mut visibility = 1.0;
-        if !geometry.may_coincide(hit.primitive) {
-            let alpha = alpha_of(hit);
-            let stop = alpha == 1.0 || (alpha > 0.0 && stops(alpha));
-            return if stop { Met::Stops(*hit) } else { Met::Passes(1.0 - alpha) };
-        }
-        let surface = geometry.surface(ray, hit);
-        let mut passed: Option<Rank> = None;
-        loop {
-            let mut first: Option<(Rank, Hit)> = None;
-            let mut see = |member: Hit| {
-                let rank = geometry.rank(member.primitive);
-                if passed.is_none_or(|p| p < rank) && first.is_none_or(|(r, _)| rank < r) {
-                    first = Some((rank, Hit { t: hit.t, ..member }));
-                }
-            };
-            see(*hit);
-            geometry.coincident_at(hit.primitive, &surface, see);
-            let Some((rank, member)) = first else { return Met::Passes(visibility) };
-            let alpha = alpha_of(&member);
-            if alpha == 1.0 || (alpha > 0.0 && stops(alpha)) {
-                return Met::Stops(self.settled(ray, member));
-            }
-            visibility *= 1.0 - alpha;
-            passed = Some(rank);
-        }
-    }
-
     /// `hit`, or what hides it there. Its point is a rounding away from where it was found, and on the other side of an edge perhaps; but
     /// what a walk stops on must be there, or its density would be zero.
-    fn settled(&self, ray: &Ray, mut hit: Hit) -> Hit {
+    #[cold]
+    #[inline(never)]
+    pub(super) fn settled(&self, ray: &Ray, mut hit: Hit) -> Hit {
         let geometry = &self.geometry;
+        if !geometry.may_coincide(hit.primitive) {
+            return hit;
+        }
         loop {
             let mut first = (geometry.rank(hit.primitive), hit);
-            geometry.coincident_at(hit.primitive, &geometry.surface(ray, &hit), |other| {
+            geometry.coincident_at(hit.primitive, geometry.surface(ray, &hit).position, |other| {
                 let rank = geometry.rank(other.primitive);
                 if rank < first.0 && self.alpha(&other) == 1.0 {
                     first = (rank, Hit { t: hit.t, ..other });

@@ -22,6 +22,7 @@ use self::{
     areas::SurfaceAreas,
     bsdf::Bsdf,
     camera::{Camera, Raster},
+    coincident::Meetings,
     geometry::{Geometry, Hit, PrimitiveId, Ray},
     light::{Light, LightChoice, Lights},
     light_index::LightIndex,
@@ -47,7 +48,8 @@ pub struct Scene {
     light_of: LightIndex,
     /// All surfaces and the emitting ones, once somebody asks.
     areas: OnceLock<[SurfaceAreas; 2]>,
-    /// Whether some primitive's material is not opaque: a scene without pays nothing for coverage.
+    /// Whether rays may go on behind what they hit first: some primitive's material is not opaque, or surfaces coincide. A scene without
+    /// pays nothing for coverage.
     see_through: bool,
     /// Where some surface bounds a volume: a scene without pays nothing for media.
     media: Option<Box<Media>>,
@@ -89,8 +91,9 @@ impl Scene {
         geometry.find_coincident(roles);
         let lights = Lights::new(&geometry, &materials, others);
         let light_of = LightIndex::new(&geometry, &lights);
-        let see_through = materials.iter().any(|m| m.coverage != Coverage::Opaque)
-            && geometry.with_material(&|id| !opaque(id)).next().is_some();
+        let see_through = geometry.has_coincident()
+            || materials.iter().any(|m| m.coverage != Coverage::Opaque)
+                && geometry.with_material(&|id| !opaque(id)).next().is_some();
         let media = Media::new(&geometry, &materials, &lights).map(Box::new);
         let (centre, areas) = (DVec3::ZERO, OnceLock::new());
         Self { camera, centre, geometry, materials, lights, light_of, areas, see_through, media, culls: false }
@@ -178,8 +181,16 @@ impl Scene {
     ) -> Traced {
         let mut visibility = 1.0;
         let mut next = self.geometry.closest(&ray, skip);
-        if self.geometry.has_coincident() {
-            return self.trace_among_coincident(ray, skip, next, stops, alpha);
+        if see_through && self.geometry.has_coincident() {
+            let mut meetings = Meetings::new(&self.geometry, ray, skip, next);
+            while let Some(hit) = meetings.next(&self.geometry) {
+                let alpha = alpha(&hit);
+                if alpha == 1.0 || (alpha > 0.0 && stops(alpha)) {
+                    return Traced { ray, hit: Some(self.settled(&ray, hit)), visibility };
+                }
+                visibility *= 1.0 - alpha;
+            }
+            return Traced { ray, hit: None, visibility };
         }
         while let Some(hit) = next.filter(|_| see_through) {
             let alpha = alpha(&hit);
@@ -215,7 +226,7 @@ impl Scene {
     #[inline(always)]
     pub fn visible(&self, a: &Point, b: &Point) -> f32 {
         let (a, b) = if a.place == Place::Infinite { (b, a) } else { (a, b) };
-        if a.has_in_plane(b) || b.has_in_plane(a) {
+        if a.is_in_one_plane_with(b) {
             return 0.0;
         }
         self.visibility(&segment(a, b), a, b, self.see_through, |hit| self.alpha(hit))
@@ -231,7 +242,9 @@ impl Scene {
         // The segment may run the other way.
         let ray = segment(lens, seen);
         let w = if seen.place == Place::Infinite { seen.position } else { seen.position - lens.position };
-        if seen.place == Place::Surface && (seen.has_in_plane(lens) || self.is_culled(seen.primitive, seen.normal, w)) {
+        if seen.place == Place::Surface
+            && (seen.is_in_one_plane_with(lens) || self.is_culled(seen.primitive, seen.normal, w))
+        {
             return 0.0;
         }
         self.visibility(&ray, lens, seen, true, |hit| self.alpha_for_camera(w, &ray, hit))
@@ -240,12 +253,12 @@ impl Scene {
     /// V along `ray` from `a` to `b`; 1 − `alpha` is what a surface lets pass.
     #[inline(always)]
     fn visibility(&self, ray: &Ray, a: &Point, b: &Point, see_through: bool, alpha: impl Fn(&Hit) -> f32) -> f32 {
-        if self.geometry.has_coincident() {
-            return self.visible_among_coincident(ray, a, b, alpha);
-        }
         let skip = [a.primitive, b.primitive];
         if mistake!(!see_through, OpaqueToShadows => true) {
             return if self.geometry.occluded(ray, skip) { 0.0 } else { 1.0 };
+        }
+        if self.geometry.has_coincident() {
+            return self.visible_among_coincident(ray, a, b, alpha);
         }
         let mut visibility = 1.0;
         let _ = self.geometry.crossings(ray, skip, |hit| {

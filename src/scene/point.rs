@@ -90,7 +90,7 @@ impl Point {
             point.resolve(geometry, maps, surface);
         }
         if mistake!(geometry.has_coincident(), CoveredPoints => false) {
-            point.alpha *= left_by_others(geometry, materials, primitive, surface);
+            point.alpha *= left_by_others(geometry, materials, primitive, surface.position);
         }
         point
     }
@@ -140,16 +140,17 @@ impl Point {
         }
     }
 
-    /// Whether `other` lies in the plane of the surface here, as far as their errors and that of N_g tell.
+    /// Whether one of two points lies in the plane of the other's surface, as far as their errors and those of N_g tell.
     #[inline(always)]
-    pub fn has_in_plane(&self, other: &Self) -> bool {
-        if self.place != Place::Surface || matches!(other.place, Place::Infinite | Place::Film) {
+    pub fn is_in_one_plane_with(&self, other: &Self) -> bool {
+        if matches!(self.place, Place::Infinite | Place::Film) || matches!(other.place, Place::Infinite | Place::Film) {
             return false;
         }
         let to = other.position - self.position;
-        let slack =
-            (self.error + other.error) * self.normal.abs().element_sum() + f32::EPSILON * to.abs().max_element();
-        self.normal.dot(to).abs() <= slack
+        // The components of a unit vector add up to √3 at most.
+        let slack = 1.75 * (self.error + other.error) + f32::EPSILON * to.abs().max_element();
+        let has = |p: &Self| p.place == Place::Surface && p.normal.dot(to).abs() <= slack;
+        has(self) || has(other)
     }
 
     /// The medium into which the direction `w` leads.

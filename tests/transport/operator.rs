@@ -359,7 +359,7 @@ fn a_ray_leads_back_to_where_it_came_from() {
             }
             let (there, again) = (scene.visible(&p, &q), scene.visible(&q, &p));
             assert_eq!(there, again, "{name}: V is symmetric");
-            if p.has_in_plane(&q) || q.has_in_plane(&p) {
+            if p.is_in_one_plane_with(&q) {
                 assert_eq!(there, 0.0, "{name}: nothing is seen in its own plane");
                 skimming += 1;
             } else {

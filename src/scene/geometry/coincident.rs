@@ -156,13 +156,13 @@ impl Geometry {
         Rank(self.role(primitive).precedence, primitive)
     }
 
-    /// Calls `visit` with the other surfaces that are where `surface` of the triangle `primitive` is. They have no distance of their own:
+    /// Calls `visit` with the other surfaces that are at `position` on the triangle `primitive`. They have no distance of their own:
     /// t is 0.
     #[inline(never)]
-    pub fn coincident_at(&self, primitive: PrimitiveId, surface: &Surface, mut visit: impl FnMut(Hit)) {
+    pub fn coincident_at(&self, primitive: PrimitiveId, position: Vec3, mut visit: impl FnMut(Hit)) {
         let Some(found) = self.coincident.as_ref().filter(|_| self.may_coincide(primitive)) else { return };
-        let plane = self.plane(primitive, surface.position);
-        let origin = surface.position - found.reach * plane.normal;
+        let plane = self.plane(primitive, position);
+        let origin = position - found.reach * plane.normal;
         let ray = Ray { origin, direction: plane.normal, t_max: 2.0 * found.reach };
         let _ = self.crossings(&ray, [primitive, PrimitiveId::NONE], |hit| {
             if self.is_in(&plane, hit) {
