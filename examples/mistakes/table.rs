@@ -36,6 +36,9 @@ pub fn killers(mistake: Mistake) -> &'static [Test] {
         NoHalfVectorJacobian => {
             &[Lib("scene::bsdf::tests::density::samples_follow_their_densities_and_no_energy_is_gained")]
         }
+        NoMultipleScattering | UndividedProduct => {
+            &[Lib("scene::bsdf::tests::furnace::white_plastic_and_metal_lose_nothing")]
+        }
         RoughnessNotSquared => &[Lib("io::tests::reading::materials_become_bsdfs")],
         NoCosineInArea | NoDistanceInArea => &[ZOO],
         NoCoverageInArea => &[VEILS],

@@ -41,6 +41,8 @@ mistakes! {
     DimGlass "dim-glass" "Glass and panes transmit 95 % of what they should.";
     NoPiInCosine "no-pi-in-cosine" "The density of cosine-distributed directions lacks its 1/π.";
     NoHalfVectorJacobian "no-half-vector-jacobian" "The density of a microfacet reflection lacks dω_h/dω = 1/(4 cos).";
+    NoMultipleScattering "no-multiple-scattering" "Light that meets a second facet is lost, on metals, plastic and glass.";
+    UndividedProduct "undivided-product" "The base under an interface, and light after several facets, are not divided by the mean of what reaches them.";
     RoughnessNotSquared "roughness-not-squared" "GGX's α is the roughness instead of its square.";
     NoCosineInArea "no-cosine-in-area" "dω becomes dA without the far end's cosine.";
     NoDistanceInArea "no-distance-in-area" "dω becomes dA without the squared distance.";

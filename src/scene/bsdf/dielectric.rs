@@ -3,18 +3,20 @@
 use glam::Vec3;
 
 use super::{
-    BsdfSample, GRAZING, Lobe, Scatter, ScatterEvent, Transport, cosine_on_side, fresnel,
-    layer::Base,
+    BsdfSample, GRAZING, Lobe, Scatter, ScatterEvent, Transport, albedo, fresnel,
+    layer::{Coat, product_lobe},
     microfacet::{Ggx, SMOOTH_ALPHA},
     mirrored,
+    transmitting::{Clear, End, Transmitting},
 };
 use crate::math::Rgb;
 
-/// A dielectric boundary: index 1 outside (z > 0), `ior` inside. Exact Fresnel reflection over a base that refracts the
-/// fraction `transmission` of what enters it and scatters the rest diffusely back to the side it came from.
+/// A dielectric boundary: index 1 outside (z > 0), `ior` inside. To the fraction `transmission` it is clear, with exact Fresnel
+/// reflection, and to the rest plastic, which scatters what enters it diffusely back to the side it came from.
 ///
 /// Smooth, it has `Delta(0)`, the reflection, and `Delta(1)`, the refraction; rough, it is that of Walter et al. 2007,
-/// *Microfacet Models for Refraction through Rough Surfaces*, with visible normals (Heitz 2014).
+/// *Microfacet Models for Refraction through Rough Surfaces*, with visible normals (Heitz 2014), and what meets a second facet is
+/// scattered to both sides (Kulla & Conty 2017), so that clear glass loses nothing.
 #[derive(Clone, Copy, Debug)]
 pub struct Dielectric {
     /// The tint of refraction and of the diffuse remainder, in [0, 1] per channel.
@@ -33,8 +35,13 @@ const MATCHED_IOR: f32 = 1e-4;
 
 impl Dielectric {
     #[inline]
-    fn base(&self) -> Base {
-        Base { color: self.color, transmission: self.transmission }
+    fn surface(&self) -> Transmitting {
+        Transmitting {
+            color: self.color,
+            transmission: self.transmission,
+            coat: Coat::of_ior(self.ior, self.is_matched()),
+            alpha: if self.is_smooth() { 0.0 } else { self.alpha },
+        }
     }
 
     #[inline]
@@ -65,26 +72,83 @@ impl Dielectric {
         fresnel::dielectric(w.z.abs(), self.eta_across(w))
     }
 
+    /// What is known of the rough clear boundary before any direction is; nothing where there is none.
+    ///
+    /// Of the light between facets, the fraction c (1 − F_avg) M' crosses, M' the mean of what is missing on the other side: as
+    /// η² (1 − F_avg) is the same from both sides, so is η² M c (1 − F_avg) M', as reciprocity asks. c makes the larger of M and M' one.
+    #[inline]
+    fn between(&self) -> Option<[Between; 2]> {
+        if self.is_smooth() || self.transmission == 0.0 {
+            return None;
+        }
+        let eta = [self.eta_across(Vec3::Z), self.eta_across(-Vec3::Z)];
+        let missing = eta.map(|eta| albedo::boundary_missing_average(self.alpha, eta));
+        let most = missing[0].max(missing[1]);
+        let side = |i: usize| Between {
+            average: missing[i],
+            crosses: (1.0 - fresnel::mean_dielectric(eta[i])) * missing[1 - i] / most,
+        };
+        Some([side(0), side(1)])
+    }
+
+    /// What the clear boundary does with light from `w`.
+    #[inline]
+    fn clear(&self, w: Vec3, between: Option<&[Between; 2]>) -> Clear {
+        let fresnel = self.fresnel(w);
+        let Some(between) = between else {
+            return Clear { fresnel, missing: 0.0, crosses: 0.0 };
+        };
+        let missing = albedo::boundary_missing(w.z.abs(), self.alpha, self.eta_across(w));
+        Clear { fresnel, missing, crosses: between[side(w)].crosses }
+    }
+
+    /// What leaves the clear boundary after several facets, 1/sr, before the tint.
+    #[inline]
+    fn multiple(&self, camera: &End, light: &End, between: &[Between; 2]) -> f32 {
+        let (c, l) = (camera.clear, light.clear);
+        let lobe = product_lobe(c.missing, l.missing, between[side(light.direction)].average);
+        if side(camera.direction) == side(light.direction) {
+            mistake!((1.0 - c.crosses) * lobe, NoMultipleScattering => 0.0)
+        } else {
+            let eta = self.relative_ior(camera.direction, light.direction);
+            mistake!(c.crosses * lobe / (eta * eta), NoMultipleScattering => 0.0)
+        }
+    }
+
     /// The diffuse and the rough specular lobe.
     #[inline]
     fn lobes(&self, to_camera: Vec3, to_light: Vec3) -> (Scatter, Scatter) {
-        let base = self.base();
-        let (diffuse, [p_camera, p_light]) =
-            base.remainder((to_camera, self.fresnel(to_camera)), (to_light, self.fresnel(to_light)));
+        let surface = self.surface();
+        let plastic = surface.plastic();
+        let between = self.between();
+        let end = |w: Vec3| surface.end(w, self.clear(w, between.as_ref()), plastic);
+        let (camera, light) = (end(to_camera), end(to_light));
+        let (diffuse, multiple) = surface.smooth_lobes(&camera, &light, plastic);
         if self.is_smooth() {
             return (diffuse, Scatter::ZERO);
         }
+        let (p_camera, p_light) = (camera.ways.facet_probability(), light.ways.facet_probability());
+        let clear = between.map_or(0.0, |between| self.multiple(&camera, &light, &between));
         let ggx = Ggx { alpha: self.alpha };
         let specular = if to_camera.z * to_light.z > 0.0 {
             let facet = ggx.reflect(to_camera, to_light);
             let f = fresnel::dielectric(facet.cos_camera, self.eta_across(to_camera));
-            let q = base.reflection_probability(f);
-            facet.scatter(Rgb::splat(f), p_camera * q, p_light * q)
+            let q = surface.reflection_probability(f, facet.cos_camera);
+            let mut lobe =
+                facet.scatter(Rgb::splat(surface.reflectance(f, facet.cos_camera)), p_camera * q, p_light * q);
+            lobe.f += Rgb::splat(multiple + self.transmission * clear);
+            lobe
         } else {
             let facet = ggx.refract(to_camera, to_light, self.eta(to_camera), self.eta(to_light));
             let f = fresnel::dielectric_pair(facet.cos_camera, facet.cos_light, self.eta_across(to_camera));
-            let q = base.transmission_probability(f);
-            facet.scatter(base.transmittance() * (1.0 - f), p_camera * q, p_light * q)
+            let q = |cos| surface.transmission_probability(f, cos);
+            let mut lobe = facet.scatter(
+                surface.transmittance() * (1.0 - f),
+                p_camera * q(facet.cos_camera),
+                p_light * q(facet.cos_light),
+            );
+            lobe.f += surface.transmittance() * clear;
+            lobe
         };
         (diffuse, specular)
     }
@@ -93,28 +157,33 @@ impl Dielectric {
     #[inline]
     pub fn eval(&self, lobe: Lobe, to_camera: Vec3, to_light: Vec3) -> Scatter {
         let same_side = to_camera.z * to_light.z > 0.0;
-        let base = self.base();
-        match lobe {
-            Lobe::Continuous => {
-                let (diffuse, specular) = self.lobes(to_camera, to_light);
-                Scatter::sum(diffuse, specular)
-            }
-            Lobe::Delta(0) if same_side && self.is_smooth() => {
-                let f = self.fresnel(to_camera);
-                let p = base.interface_probability(f) * base.reflection_probability(f);
-                Scatter::delta(Rgb::splat(f), to_light, p, p, 1.0)
-            }
-            Lobe::Delta(1) if !same_side && self.is_smooth() => {
-                let (cos_camera, cos_light) = (to_camera.z.abs(), to_light.z.abs());
-                let f = fresnel::dielectric_pair(cos_camera, cos_light, self.eta_across(to_camera));
-                let p = base.interface_probability(f) * base.transmission_probability(f);
-                // Radiance scales with η² (Veach 5.2); so does dω cos, by the differential of Snell's law.
-                let eta = self.relative_ior(to_camera, to_light);
-                let value = base.transmittance() * ((1.0 - f) / mistake!(eta * eta, NoEtaSquared => 1.0));
-                let jacobian = mistake!(cos_camera / (eta * eta * cos_light), UnitDelta => 1.0);
-                Scatter::delta(value, to_light, p, p, jacobian)
-            }
-            Lobe::Delta(_) => Scatter::ZERO,
+        let Lobe::Delta(k) = lobe else {
+            let (diffuse, specular) = self.lobes(to_camera, to_light);
+            return Scatter::sum(diffuse, specular);
+        };
+        if !self.is_smooth() || k != u8::from(!same_side) {
+            return Scatter::ZERO;
+        }
+        let surface = self.surface();
+        let plastic = surface.plastic();
+        let end = |w: Vec3| surface.end(w, self.clear(w, None), plastic);
+        let (cos_camera, cos_light) = (to_camera.z.abs(), to_light.z.abs());
+        if same_side {
+            let f = self.fresnel(to_camera);
+            let p = end(to_camera).ways.facet_probability() * surface.reflection_probability(f, cos_camera);
+            Scatter::delta(Rgb::splat(surface.reflectance(f, cos_camera)), to_light, p, p, 1.0)
+        } else {
+            let f = fresnel::dielectric_pair(cos_camera, cos_light, self.eta_across(to_camera));
+            // F from both cosines is the same at both ends to the last bit, and so are the probabilities of clear glass.
+            let p = |w: Vec3| {
+                let clear = Clear { fresnel: f, missing: 0.0, crosses: 0.0 };
+                surface.end(w, clear, plastic).ways.facet_probability() * surface.transmission_probability(f, w.z.abs())
+            };
+            // Radiance scales with η² (Veach 5.2); so does dω cos, by the differential of Snell's law.
+            let eta = self.relative_ior(to_camera, to_light);
+            let value = surface.transmittance() * ((1.0 - f) / mistake!(eta * eta, NoEtaSquared => 1.0));
+            let jacobian = mistake!(cos_camera / (eta * eta * cos_light), UnitDelta => 1.0);
+            Scatter::delta(value, to_light, p(to_camera), p(to_light), jacobian)
         }
     }
 
@@ -124,10 +193,11 @@ impl Dielectric {
         if known.z.abs() < GRAZING {
             return None;
         }
-        let base = self.base();
-        let p = base.interface_probability(self.fresnel(known));
+        let surface = self.surface();
+        let ways = surface.end(known, self.clear(known, self.between().as_ref()), surface.plastic()).ways;
+        let p = ways.facet_probability();
         let (direction, lobe) = if u.z >= p {
-            (cosine_on_side(known, u.truncate()), Lobe::Continuous)
+            (ways.sample(known, surface.alpha, u), Lobe::Continuous)
         } else {
             let smooth = self.is_smooth();
             let h = if smooth {
@@ -137,7 +207,8 @@ impl Dielectric {
             };
             let (cos, eta) = (known.dot(h), self.eta_across(known));
             let cos_t = fresnel::refracted_cos(cos, eta);
-            let reflects = u.z < p * base.reflection_probability(fresnel::dielectric_pair(cos, cos_t, eta));
+            let f = fresnel::dielectric_pair(cos, cos_t, eta);
+            let reflects = u.z < p * surface.reflection_probability(f, cos);
             let direction = match (smooth, reflects) {
                 (true, true) => mirrored(known),
                 (true, false) => Vec3::new(-known.x / eta, -known.y / eta, -cos_t.copysign(known.z)),
@@ -157,7 +228,7 @@ impl Dielectric {
     /// See [`super::Bsdf::has_continuous`].
     #[inline]
     pub fn has_continuous(&self) -> bool {
-        !self.is_smooth() || self.base().albedo() != Rgb::ZERO
+        !self.is_smooth() || self.surface().albedo() != Rgb::ZERO
     }
 
     /// See [`super::Bsdf::delta_count`].
@@ -169,7 +240,11 @@ impl Dielectric {
     /// See [`super::Bsdf::continuous_probability`].
     #[inline]
     pub fn continuous_probability(&self, known: Vec3) -> f32 {
-        if self.is_smooth() { 1.0 - self.base().interface_probability(self.fresnel(known)) } else { 1.0 }
+        if !self.is_smooth() {
+            return 1.0;
+        }
+        let surface = self.surface();
+        1.0 - surface.end(known, self.clear(known, None), surface.plastic()).ways.facet_probability()
     }
 
     /// See [`super::Bsdf::continuous_transmits`].
@@ -190,4 +265,19 @@ impl Dielectric {
     pub fn relative_ior(&self, to_camera: Vec3, to_light: Vec3) -> f32 {
         if to_camera.z * to_light.z < 0.0 { self.eta(to_light) / self.eta(to_camera) } else { 1.0 }
     }
+}
+
+/// What happens on one side of a rough clear boundary to light that meets a second facet.
+#[derive(Clone, Copy, Debug)]
+struct Between {
+    /// The cosine-weighted mean part of all light that does.
+    average: f32,
+    /// The fraction of it that comes out on the other side.
+    crosses: f32,
+}
+
+/// Which of [`Dielectric::between`]'s sides `w` is on: 0 above.
+#[inline]
+fn side(w: Vec3) -> usize {
+    usize::from(w.z <= 0.0)
 }

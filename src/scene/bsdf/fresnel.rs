@@ -47,6 +47,14 @@ pub(super) fn dielectric(cos: f32, eta: f32) -> f32 {
     dielectric_pair(cos, refracted_cos(cos, ratio), ratio)
 }
 
+/// [`dielectric`] averaged over the cosine-weighted hemisphere, to 0.006 for η from 1/4 to 4: from the thin side the fit of Kulla & Conty
+/// 2017, and from the dense side by the symmetry of η² (1 − F_avg).
+#[inline]
+pub(super) fn mean_dielectric(eta: f32) -> f32 {
+    let fit = |eta: f32| (eta - 1.0) / (4.08567 + 1.00071 * eta);
+    if eta >= 1.0 { fit(eta) } else { 1.0 - (1.0 - fit(1.0 / eta)) * eta * eta }
+}
+
 /// (1 − cos)⁵: how far Schlick's approximation has gone from F(0°) to F(90°).
 #[inline]
 pub(super) fn schlick_weight(cos: f32) -> f32 {
@@ -91,6 +99,19 @@ mod tests {
         assert_eq!(dielectric(0.0, 1.5), 1.0);
         assert_eq!(dielectric(0.0, 1.0), 1.0);
         assert_eq!(dielectric(0.3, 1.0), 0.0);
+    }
+
+    #[test]
+    fn mean_reflectance_is_that_of_all_directions() {
+        for eta in [0.25, 0.4, 0.66, 0.9, 1.0, 1.1, 1.33, 1.5, 2.0, 3.0, 4.0] {
+            let n = 4000;
+            let terms = (0..n).map(|i| {
+                let cos = (i as f32 + 0.5) / n as f32;
+                f64::from(dielectric(cos, eta) * 2.0 * cos) / f64::from(n)
+            });
+            let (mean, fit) = (terms.sum::<f64>(), f64::from(mean_dielectric(eta)));
+            assert!((mean - fit).abs() < 0.006, "η = {eta}: {fit}, not {mean}");
+        }
     }
 
     #[test]

@@ -1,78 +1,172 @@
-//! What the layered BSDFs share: a base under a Fresnel interface, and how to choose between them.
+//! What the layered BSDFs share: one compensated interface over one base, and how to choose between lobes.
 
-use std::f32::consts::FRAC_1_PI;
+use std::f32::consts::{FRAC_1_PI, TAU};
 
-use glam::Vec3;
+use glam::{Vec2, Vec3};
 
-use super::Scatter;
+use super::{Scatter, albedo::Split, cosine_on_side, microfacet::SMOOTH_ALPHA};
 use crate::{
     math::Rgb,
     sampling::{PdfSolidAngle, warp},
 };
 
-/// The base that glTF puts under a dielectric interface: mix(diffuse, transmission), both tinted.
+/// An interface that reflects by Schlick's approximation, as an albedo: what lies below sees the rest of the light.
+///
+/// What its facets reflect at once is F0·A + F90·B; of what meets another facet, 1 − E₁, it reflects the fraction
+/// [`multiple`](Self::multiple). So its albedo is E = F0·A + F90·B + F_ms (1 − E₁), whatever lies below.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Base {
-    /// The tint of what the base reflects and transmits.
-    pub color: Rgb,
-    /// The fraction of the base that transmits; the rest is Lambertian.
-    pub transmission: f32,
+pub(super) struct Coat {
+    /// Reflectance at normal incidence.
+    pub f0: f32,
+    /// Reflectance at grazing incidence.
+    pub f90: f32,
 }
 
-impl Base {
-    /// The transmittance of the base, without the interface.
+impl Coat {
+    /// glTF's dielectric interface of the index `ior` against its surroundings, in either order; 1 reflects nothing.
     #[inline]
-    pub fn transmittance(self) -> Rgb {
-        self.color * mistake!(self.transmission, DimGlass => 0.95 * self.transmission)
+    pub fn of_ior(ior: f32, is_matched: bool) -> Self {
+        let r = (ior - 1.0) / (ior + 1.0);
+        Self { f0: r * r, f90: f32::from(u8::from(!is_matched)) }
     }
 
-    /// The albedo of the diffuse remainder, without the interface.
+    /// F_ms, the part of the light between facets that comes out again: see [`multiple`].
     #[inline]
-    pub fn albedo(self) -> Rgb {
-        self.color * (1.0 - self.transmission)
+    pub fn multiple(self, average: Split) -> f32 {
+        multiple(mean_reflectance(self.f0, self.f90), 1.0 - average.missing)
     }
 
-    /// The probability of sampling the interface (reflection or transmission) rather than the diffuse remainder, from a
-    /// direction in which the smooth surface reflects `fresnel`. The remainder is as bright as it is likely: it has
-    /// probability 0 only where 1 − F, and with it its value, is 0.
+    /// What facets reflect at once, towards the direction of `split` or on average.
     #[inline]
-    pub fn interface_probability(self, fresnel: f32) -> f32 {
-        let interface = fresnel + (1.0 - fresnel) * self.transmittance().max_element();
-        let diffuse = (1.0 - fresnel) * self.albedo().max_element();
-        ratio(interface, diffuse)
+    pub fn single(self, split: Split) -> f32 {
+        self.f0 * split.normal + self.f90 * split.grazing
     }
 
-    /// The probability of reflection rather than transmission at a (micro)surface that reflects `fresnel`.
-    /// It depends on F alone, hence is the same from both ends.
+    /// 1 − E, what the base gets, towards the direction of `split` or on average. Every term is positive, so that nothing cancels.
     #[inline]
-    pub fn reflection_probability(self, fresnel: f32) -> f32 {
-        ratio(fresnel, (1.0 - fresnel) * self.transmittance().max_element())
+    pub fn passed(self, split: Split, multiple: f32) -> f32 {
+        (1.0 - self.f0) * split.normal + (1.0 - self.f90) * split.grazing + (1.0 - multiple) * split.missing
+    }
+}
+
+/// Schlick's reflectance averaged over the cosine-weighted hemisphere.
+#[inline]
+pub(super) fn mean_reflectance(f0: f32, f90: f32) -> f32 {
+    f0 + (f90 - f0) * MEAN_SCHLICK_WEIGHT
+}
+
+/// Mean of Schlick's weight (1 − cos θ)⁵ over the cosine-weighted hemisphere.
+pub(super) const MEAN_SCHLICK_WEIGHT: f32 = 1.0 / 21.0;
+
+/// F_ms = F² E₁/(1 − F(1 − E₁)), averages all: the part of the light that meets a second facet which is reflected by it and by as many
+/// more as it takes to get out (Kulla & Conty 2017, *Revisiting Physically Based Shading at Imageworks*). 1 for F = 1.
+#[inline]
+pub(super) fn multiple(fresnel: f32, e1: f32) -> f32 {
+    mistake!(fresnel * fresnel * e1 / (1.0 - fresnel * (1.0 - e1)), NoMultipleScattering => 0.0)
+}
+
+/// f of a lobe c·a(camera)·a(light) whose albedo towards a direction is c·a, `average` being a's cosine-weighted mean, 1/sr
+/// (Kelemen & Szirmay-Kalos 2001): a product, hence reciprocal. What is nothing everywhere has no lobe.
+#[inline]
+pub(super) fn product_lobe(camera: f32, light: f32, average: f32) -> f32 {
+    let share = |light: f32| mistake!(light / average, UndividedProduct => light);
+    if average > 0.0 { camera * share(light) * FRAC_1_PI } else { 0.0 }
+}
+
+/// Ways of sampling the direction across from `known`, weighted by about how much light each finds.
+///
+/// Weights that follow the light make a lobe that is hardly ever chosen one that hardly matters, so that the 24 bits that choose suffice.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Ways {
+    /// By facets, which are for others to sample.
+    pub facets: f32,
+    /// By the cosine, on the side of `known`: the base.
+    pub base: f32,
+    /// By [`Grazing`], on the side of `known`: what comes back after several facets.
+    pub back: f32,
+    /// By [`Grazing`], on the other side: what passes after several facets.
+    pub across: f32,
+}
+
+impl Ways {
+    /// The probability of sampling a facet.
+    #[inline]
+    pub fn facet_probability(&self) -> f32 {
+        ratio(self.facets, self.base + self.back + self.across)
     }
 
-    /// The diffuse remainder under an interface that reflects `fresnel_*` towards either end, and the probabilities of
-    /// sampling the interface from there. Nothing of it where the ends lie on different sides.
+    /// A direction by any way but facets, for the number `u.z` that has not chosen them.
     #[inline]
-    pub fn remainder(
-        self,
-        (to_camera, fresnel_camera): (Vec3, f32),
-        (to_light, fresnel_light): (Vec3, f32),
-    ) -> (Scatter, [f32; 2]) {
-        let p_camera = self.interface_probability(fresnel_camera);
-        let p_light = self.interface_probability(fresnel_light);
-        let diffuse = if to_camera.z * to_light.z > 0.0 {
-            let (camera, light) =
-                ((to_camera, fresnel_camera, 1.0 - p_camera), (to_light, fresnel_light, 1.0 - p_light));
-            coated_diffuse(self.albedo(), camera, light)
-        } else {
-            Scatter::ZERO
-        };
-        (diffuse, [p_camera, p_light])
+    pub fn sample(&self, known: Vec3, alpha: f32, u: Vec3) -> Vec3 {
+        let z = u.z * (self.facets + self.base + self.back + self.across) - self.facets;
+        let smooth = self.back + self.across;
+        if smooth == 0.0 || (z < self.base && self.base > 0.0) {
+            return cosine_on_side(known, u.truncate());
+        }
+        let returns = self.across == 0.0 || (z < self.base + self.back && self.back > 0.0);
+        Grazing::new(alpha).sample(if returns { known } else { -known }, u.truncate())
     }
 
-    /// The probability of transmission: what [`Self::reflection_probability`] leaves, and 0 if nothing passes.
+    /// The density of [`Self::sample`] for `w` on the same side as the known direction or the other, 1/sr, with the probability of the way.
     #[inline]
-    pub fn transmission_probability(self, fresnel: f32) -> f32 {
-        ratio((1.0 - fresnel) * self.transmittance().max_element(), fresnel)
+    pub fn pdf(&self, same_side: bool, w: Vec3, grazing: Grazing) -> f32 {
+        let total = self.facets + self.base + self.back + self.across;
+        if total == 0.0 {
+            return 0.0;
+        }
+        let cosine = if same_side { self.base * warp::cosine_hemisphere_pdf(w.z.abs()).0 } else { 0.0 };
+        let several = if same_side { self.back } else { self.across };
+        (cosine + several * grazing.pdf(w.z)) / total
+    }
+}
+
+/// A lobe of the value `f` that is sampled by [`Ways`] other than facets, from either end.
+#[inline]
+pub(super) fn smooth_lobe(
+    f: Rgb,
+    grazing: Grazing,
+    (to_camera, from_camera): (Vec3, &Ways),
+    (to_light, from_light): (Vec3, &Ways),
+) -> Scatter {
+    let same_side = to_camera.z * to_light.z > 0.0;
+    Scatter {
+        f,
+        to_light: PdfSolidAngle(from_camera.pdf(same_side, to_light, grazing)),
+        to_camera: PdfSolidAngle(from_light.pdf(same_side, to_camera, grazing)),
+    }
+}
+
+/// Directions with density μ/(π L (μ² + α²)), L = ln(1 + 1/α²): about as light leaves after several facets, of which there is
+/// μ (1 − E₁(μ)) ∝ α²/μ above μ ≈ α. For small α it is at the horizon, where the cosine would hardly ever look.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Grazing {
+    square: f32,
+    logarithm: f32,
+}
+
+impl Grazing {
+    /// For an interface of this α; a smooth one has no such light, and its density is 0.
+    #[inline]
+    pub fn new(alpha: f32) -> Self {
+        if alpha < SMOOTH_ALPHA {
+            return Self { square: 1.0, logarithm: f32::INFINITY };
+        }
+        let square = alpha * alpha;
+        Self { square, logarithm: square.recip().ln_1p() }
+    }
+
+    #[inline]
+    fn pdf(self, cos: f32) -> f32 {
+        FRAC_1_PI * cos.abs() / (self.logarithm * (cos * cos + self.square))
+    }
+
+    /// A direction on the side of `side`: (μ²/α² + 1) = (1 + 1/α²)^u.
+    #[inline]
+    fn sample(self, side: Vec3, u: Vec2) -> Vec3 {
+        let square = (self.square * (u.x * self.logarithm).exp_m1()).min(1.0);
+        let (sin, cos) = (TAU * u.y).sin_cos();
+        let r = (1.0 - square).sqrt();
+        Vec3::new(r * cos, r * sin, square.sqrt().copysign(side.z))
     }
 }
 
@@ -80,23 +174,4 @@ impl Base {
 #[inline]
 pub(super) fn ratio(a: f32, b: f32) -> f32 {
     if a > 0.0 { a / (a + b) } else { 0.0 }
-}
-
-/// A Lambertian base under an interface that reflects `fresnel_*` towards either end, both on one side, chosen with the
-/// given probabilities: f = albedo/π (1 − F(camera)) (1 − F(light)).
-///
-/// glTF's `fresnel_mix` weighs the base with 1 − F(half vector). At grazing incidence that gives the base almost all of
-/// its albedo while the coat already reflects everything: more light leaves than came. Passing the interface
-/// once on the way in and once on the way out is reciprocal, and never more than what the coat lets in.
-#[inline]
-pub(super) fn coated_diffuse(
-    albedo: Rgb,
-    (to_camera, fresnel_camera, p_camera): (Vec3, f32, f32),
-    (to_light, fresnel_light, p_light): (Vec3, f32, f32),
-) -> Scatter {
-    Scatter {
-        f: albedo * ((1.0 - fresnel_camera) * (1.0 - fresnel_light) * FRAC_1_PI),
-        to_light: PdfSolidAngle(p_camera * warp::cosine_hemisphere_pdf(to_light.z.abs()).0),
-        to_camera: PdfSolidAngle(p_light * warp::cosine_hemisphere_pdf(to_camera.z.abs()).0),
-    }
 }

@@ -3,14 +3,19 @@
 use glam::Vec3;
 
 use super::{
-    BsdfSample, GRAZING, Lobe, Scatter, ScatterEvent, Transport, cosine_on_side, fresnel,
-    layer::{coated_diffuse, ratio},
+    BsdfSample, GRAZING, Lobe, Scatter, ScatterEvent, Transport,
+    albedo::Split,
+    fresnel,
+    layer::{Coat, Grazing, MEAN_SCHLICK_WEIGHT, Ways, mean_reflectance, multiple, product_lobe, smooth_lobe},
     microfacet::{Ggx, SMOOTH_ALPHA},
     mirrored,
 };
 use crate::math::Rgb;
 
 /// A GGX reflection over a Lambertian base, (1 − m)·dielectric + m·metal, the same from both sides.
+///
+/// Either interface is compensated for the light that meets a second facet, and the dielectric's base gets what its interface does
+/// not reflect: a white surface reflects everything, at every roughness and angle (DESIGN.md, *Nothing is lost between facets*).
 ///
 /// With `metallic` = 0 and `dielectric_f0` = `dielectric_f90` = 0 it is Lambert's law. Source: glTF 2.0, appendix B.
 #[derive(Clone, Copy, Debug)]
@@ -26,9 +31,6 @@ pub struct MetallicRoughness {
     /// Reflectance of the dielectric's interface at grazing incidence.
     pub dielectric_f90: f32,
 }
-
-/// Mean of Schlick's weight (1 − cos θ)⁵ over the cosine-weighted hemisphere.
-const MEAN_SCHLICK_WEIGHT: f32 = 1.0 / 21.0;
 
 impl MetallicRoughness {
     /// With the interface that glTF gives where no extension says otherwise: index 1.5, which reflects 4 %.
@@ -55,23 +57,49 @@ impl MetallicRoughness {
         self.base_color * (1.0 - self.metallic)
     }
 
-    /// What the dielectric's interface keeps from the base in a direction: its brightest channel, so that no channel gains.
+    /// The dielectric's interface as the base sees it: by its brightest channel, so that no channel gains, and a tinted
+    /// reflection does not leave its complement to the base (`KHR_materials_specular`).
     #[inline]
-    fn coat(&self, w: Vec3) -> f32 {
-        let weight = fresnel::schlick_weight(w.z.abs());
-        fresnel::schlick(self.dielectric_f0, Rgb::splat(self.dielectric_f90), weight).max_element()
+    fn coat(&self) -> Coat {
+        Coat { f0: self.dielectric_f0.max_element(), f90: self.dielectric_f90 }
     }
 
-    /// The probability of sampling the specular lobe from direction `w`.
-    ///
-    /// By the reflectance there, drawn by α towards its mean over the hemisphere: a rough lobe sees facets at all angles,
-    /// and must not be left to the base's samples where F of the macroscopic surface is 0 (f0 = 0, normal incidence).
+    /// What both interfaces together reflect of the light that meets a second facet.
     #[inline]
-    fn specular_probability(&self, w: Vec3, coat: f32) -> f32 {
-        let weight = fresnel::schlick_weight(w.z.abs());
-        let spread = if self.is_smooth() { 0.0 } else { self.alpha.min(1.0) };
-        let specular = self.reflectance(weight + (MEAN_SCHLICK_WEIGHT - weight) * spread).max_element();
-        ratio(specular, self.albedo().max_element() * (1.0 - coat))
+    fn multiple(&self, average: Split) -> Rgb {
+        let e1 = 1.0 - average.missing;
+        let dielectric = self.dielectric_f0.map(|f0| multiple(mean_reflectance(f0, self.dielectric_f90), e1));
+        let metal = self.base_color.map(|f0| multiple(mean_reflectance(f0, 1.0), e1));
+        dielectric * (1.0 - self.metallic) + metal * self.metallic
+    }
+
+    /// What both interfaces and the base do towards all directions alike.
+    #[inline]
+    fn hemisphere(&self) -> Hemisphere {
+        let average = Split::average(self.alpha);
+        Hemisphere { average, multiple: self.multiple(average), coat_multiple: self.coat().multiple(average) }
+    }
+
+    /// What happens towards `w`.
+    #[inline]
+    fn end(&self, w: Vec3, hemisphere: &Hemisphere) -> End {
+        if !self.is_specular() {
+            let ways = Ways { base: self.albedo().max_element(), ..Ways::default() };
+            return End { missing: 0.0, passed: 1.0, ways };
+        }
+        let split = Split::towards(w.z.abs(), self.alpha);
+        let passed = self.coat().passed(split, hemisphere.coat_multiple);
+        // A rough lobe sees facets at all angles, and must not be left to cosines where the macroscopic surface reflects nothing
+        // (f0 = 0, normal incidence).
+        let grazing =
+            if self.is_smooth() { split.grazing } else { split.grazing.max(self.alpha * MEAN_SCHLICK_WEIGHT) };
+        let ways = Ways {
+            facets: (self.reflectance(0.0) * split.normal + self.reflectance(1.0) * grazing).max_element(),
+            base: self.albedo().max_element() * passed,
+            back: hemisphere.multiple.max_element() * split.missing,
+            across: 0.0,
+        };
+        End { missing: split.missing, passed, ways }
     }
 
     #[inline]
@@ -85,23 +113,27 @@ impl MetallicRoughness {
         self.metallic > 0.0 || self.dielectric_f90 > 0.0 || self.dielectric_f0.max_element() > 0.0
     }
 
-    /// The diffuse and the rough specular lobe of two directions on one side.
+    /// The diffuse lobe, and the rough specular one with all that leaves after several facets, of two directions on one side.
     #[inline]
     fn lobes(&self, to_camera: Vec3, to_light: Vec3) -> (Scatter, Scatter) {
-        let (coat_camera, coat_light) = (self.coat(to_camera), self.coat(to_light));
-        let p_camera = self.specular_probability(to_camera, coat_camera);
-        let p_light = self.specular_probability(to_light, coat_light);
-        let diffuse = coated_diffuse(
-            self.albedo(),
-            (to_camera, coat_camera, 1.0 - p_camera),
-            (to_light, coat_light, 1.0 - p_light),
+        let hemisphere = self.hemisphere();
+        let (camera, light) = (self.end(to_camera, &hemisphere), self.end(to_light, &hemisphere));
+        let passed_average =
+            if self.is_specular() { self.coat().passed(hemisphere.average, hemisphere.coat_multiple) } else { 1.0 };
+        let diffuse = smooth_lobe(
+            self.albedo() * product_lobe(camera.passed, light.passed, passed_average),
+            Grazing::new(self.alpha),
+            (to_camera, &camera.ways),
+            (to_light, &light.ways),
         );
         if self.is_smooth() {
             return (diffuse, Scatter::ZERO);
         }
         let facet = Ggx { alpha: self.alpha }.reflect(to_camera, to_light);
         let reflectance = self.reflectance(fresnel::schlick_weight(facet.cos_camera));
-        (diffuse, facet.scatter(reflectance, p_camera, p_light))
+        let mut specular = facet.scatter(reflectance, camera.ways.facet_probability(), light.ways.facet_probability());
+        specular.f += hemisphere.multiple * product_lobe(camera.missing, light.missing, hemisphere.average.missing);
+        (diffuse, specular)
     }
 
     /// See [`super::Bsdf::eval`].
@@ -117,7 +149,8 @@ impl MetallicRoughness {
             }
             Lobe::Delta(0) if self.is_smooth() => {
                 let reflectance = self.reflectance(fresnel::schlick_weight(to_camera.z.abs()));
-                let p = |w| self.specular_probability(w, self.coat(w));
+                let hemisphere = self.hemisphere();
+                let p = |w| self.end(w, &hemisphere).ways.facet_probability();
                 Scatter::delta(reflectance, to_light, p(to_camera), p(to_light), 1.0)
             }
             Lobe::Delta(_) => Scatter::ZERO,
@@ -130,8 +163,9 @@ impl MetallicRoughness {
         if known.z.abs() < GRAZING {
             return None;
         }
-        let (direction, lobe) = if u.z >= self.specular_probability(known, self.coat(known)) {
-            (cosine_on_side(known, u.truncate()), Lobe::Continuous)
+        let ways = self.end(known, &self.hemisphere()).ways;
+        let (direction, lobe) = if u.z >= ways.facet_probability() {
+            (ways.sample(known, self.alpha, u), Lobe::Continuous)
         } else if self.is_smooth() {
             (mirrored(known), Lobe::Delta(0))
         } else {
@@ -157,7 +191,7 @@ impl MetallicRoughness {
     /// See [`super::Bsdf::continuous_probability`].
     #[inline]
     pub fn continuous_probability(&self, known: Vec3) -> f32 {
-        if self.is_smooth() { 1.0 - self.specular_probability(known, self.coat(known)) } else { 1.0 }
+        if self.is_smooth() { 1.0 - self.end(known, &self.hemisphere()).ways.facet_probability() } else { 1.0 }
     }
 
     /// See [`super::Bsdf::event`].
@@ -169,4 +203,23 @@ impl MetallicRoughness {
         let (diffuse, specular) = self.lobes(to_camera, to_light);
         ScatterEvent::dominant(&diffuse, &specular)
     }
+}
+
+/// What is the same towards all directions.
+struct Hemisphere {
+    /// The mean split of the interfaces' light.
+    average: Split,
+    /// What both interfaces together reflect of the light that meets a second facet.
+    multiple: Rgb,
+    /// What the dielectric's reflects of it, for the base.
+    coat_multiple: f32,
+}
+
+/// What is known of one direction.
+struct End {
+    /// 1 − E₁ of the interfaces.
+    missing: f32,
+    /// 1 − E of the dielectric's interface: what the base gets.
+    passed: f32,
+    ways: Ways,
 }

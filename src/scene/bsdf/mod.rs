@@ -4,6 +4,7 @@
 //! which way a path is being built: [`Bsdf::eval`] takes the direction towards the camera and the one towards the light,
 //! and returns the radiance-convention value with *both* densities. Only [`Bsdf::sample`] knows a [`Transport`].
 
+mod albedo;
 mod dielectric;
 mod diffuse;
 mod directions;
@@ -14,6 +15,7 @@ mod microfacet;
 #[cfg(test)]
 mod tests;
 mod thin;
+mod transmitting;
 
 use glam::{Vec2, Vec3};
 
@@ -73,7 +75,7 @@ pub enum Lobe {
 pub enum ScatterEvent {
     /// Diffuse: the dominant lobe is Lambertian.
     Diffuse,
-    /// Glossy: the dominant lobe is a rough microfacet lobe.
+    /// Glossy: the dominant lobe is a rough microfacet lobe, with what leaves it after several facets.
     Glossy,
     /// Specular: a delta component.
     Specular,

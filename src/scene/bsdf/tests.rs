@@ -1,7 +1,8 @@
 //! One table of BSDFs, run through every oracle. A new BSDF adds its lines to [`table`].
 
 mod density;
-mod ledger;
+mod furnace;
+pub(super) mod ledger;
 mod walter;
 
 use glam::Vec3;

@@ -3,18 +3,21 @@
 use glam::Vec3;
 
 use super::{
-    BsdfSample, GRAZING, Lobe, Scatter, ScatterEvent, Transport, cosine_on_side, fresnel,
-    layer::Base,
+    BsdfSample, GRAZING, Lobe, Scatter, ScatterEvent, Transport,
+    albedo::Split,
+    fresnel,
+    layer::{Coat, multiple, product_lobe},
     microfacet::{Ggx, SMOOTH_ALPHA},
     mirrored,
+    transmitting::{Clear, End, Transmitting},
 };
 use crate::math::Rgb;
 
-/// A sheet without thickness, the same from both sides: the exact Fresnel reflection of one interface, as the extension
-/// has it, over a base that lets the fraction `transmission` straight through and scatters the rest diffusely back.
+/// A sheet without thickness, the same from both sides: to the fraction `transmission` a clear one that lets through what the exact
+/// Fresnel reflection of one interface leaves, as the extension has it, and to the rest plastic, which scatters it diffusely back.
 ///
 /// Smooth, it has `Delta(0)`, the reflection, and `Delta(1)`, straight on; rough, the transmitted lobe is the
-/// reflected one mirrored through the surface.
+/// reflected one mirrored through the surface, and what meets a second facet is scattered to both sides.
 #[derive(Clone, Copy, Debug)]
 pub struct ThinDielectric {
     /// The tint of transmission and of the diffuse remainder, in [0, 1] per channel.
@@ -29,8 +32,37 @@ pub struct ThinDielectric {
 
 impl ThinDielectric {
     #[inline]
-    fn base(&self) -> Base {
-        Base { color: self.color, transmission: self.transmission }
+    fn surface(&self) -> Transmitting {
+        Transmitting {
+            color: self.color,
+            transmission: self.transmission,
+            coat: Coat::of_ior(self.ior, self.ior == 1.0),
+            alpha: if self.is_smooth() { 0.0 } else { self.alpha },
+        }
+    }
+
+    /// The mean split of what facets reflect that reflect everything; nothing is missing where there is no rough clear sheet.
+    #[inline]
+    fn average(&self) -> Split {
+        Split::average(if self.transmission == 0.0 { 0.0 } else { self.alpha })
+    }
+
+    /// What the clear sheet does with light from `w`. Reflected or let through, it meets the same facets.
+    #[inline]
+    fn clear(&self, w: Vec3) -> Clear {
+        let cos = w.z.abs();
+        let fresnel = fresnel::dielectric(cos, self.ior);
+        if self.is_smooth() || self.transmission == 0.0 {
+            return Clear { fresnel, missing: 0.0, crosses: 0.0 };
+        }
+        let reflected = multiple(fresnel::mean_dielectric(self.ior), 1.0 - self.average().missing);
+        Clear { fresnel, missing: Split::towards(cos, self.alpha).missing, crosses: 1.0 - reflected }
+    }
+
+    #[inline]
+    fn end(&self, w: Vec3) -> End {
+        let surface = self.surface();
+        surface.end(w, self.clear(w), surface.plastic())
     }
 
     #[inline]
@@ -41,23 +73,30 @@ impl ThinDielectric {
     /// The diffuse and the rough specular lobe.
     #[inline]
     fn lobes(&self, to_camera: Vec3, to_light: Vec3) -> (Scatter, Scatter) {
-        let base = self.base();
-        let fresnel = |w: Vec3| fresnel::dielectric(w.z.abs(), self.ior);
-        let (diffuse, [p_camera, p_light]) =
-            base.remainder((to_camera, fresnel(to_camera)), (to_light, fresnel(to_light)));
+        let surface = self.surface();
+        let (camera, light) = (self.end(to_camera), self.end(to_light));
+        let (diffuse, multiple) = surface.smooth_lobes(&camera, &light, surface.plastic());
         if self.is_smooth() {
             return (diffuse, Scatter::ZERO);
         }
         let same_side = to_camera.z * to_light.z > 0.0;
         let ggx = Ggx { alpha: self.alpha };
         let facet = ggx.reflect(to_camera, if same_side { to_light } else { through(to_light) });
-        let f = fresnel::dielectric(facet.cos_camera, self.ior);
-        let (color, q) = if same_side {
-            (Rgb::splat(f), base.reflection_probability(f))
+        let cos = facet.cos_camera;
+        let f = fresnel::dielectric(cos, self.ior);
+        let clear = product_lobe(camera.clear.missing, light.clear.missing, self.average().missing);
+        let crosses = camera.clear.crosses;
+        let (color, q, rest) = if same_side {
+            let rest = Rgb::splat(multiple + self.transmission * (1.0 - crosses) * clear);
+            (Rgb::splat(surface.reflectance(f, cos)), surface.reflection_probability(f, cos), rest)
         } else {
-            (base.transmittance() * (1.0 - f), base.transmission_probability(f))
+            let transmittance = surface.transmittance();
+            (transmittance * (1.0 - f), surface.transmission_probability(f, cos), transmittance * (crosses * clear))
         };
-        (diffuse, facet.scatter(color, p_camera * q, p_light * q))
+        let mut specular =
+            facet.scatter(color, camera.ways.facet_probability() * q, light.ways.facet_probability() * q);
+        specular.f += rest;
+        (diffuse, specular)
     }
 
     /// See [`super::Bsdf::eval`].
@@ -71,14 +110,15 @@ impl ThinDielectric {
         if !self.is_smooth() || k != u8::from(!same_side) {
             return Scatter::ZERO;
         }
-        let base = self.base();
-        let f = fresnel::dielectric(to_camera.z.abs(), self.ior);
+        let surface = self.surface();
+        let cos = to_camera.z.abs();
+        let f = fresnel::dielectric(cos, self.ior);
         let (value, q) = if same_side {
-            (Rgb::splat(f), base.reflection_probability(f))
+            (Rgb::splat(surface.reflectance(f, cos)), surface.reflection_probability(f, cos))
         } else {
-            (base.transmittance() * (1.0 - f), base.transmission_probability(f))
+            (surface.transmittance() * (1.0 - f), surface.transmission_probability(f, cos))
         };
-        let p = base.interface_probability(f) * q;
+        let p = self.end(to_camera).ways.facet_probability() * q;
         Scatter::delta(value, to_light, p, p, 1.0)
     }
 
@@ -88,10 +128,11 @@ impl ThinDielectric {
         if known.z.abs() < GRAZING {
             return None;
         }
-        let base = self.base();
-        let p = base.interface_probability(fresnel::dielectric(known.z.abs(), self.ior));
+        let surface = self.surface();
+        let end = self.end(known);
+        let p = end.ways.facet_probability();
         let (direction, lobe) = if u.z >= p {
-            (cosine_on_side(known, u.truncate()), Lobe::Continuous)
+            (end.ways.sample(known, self.alpha, u), Lobe::Continuous)
         } else {
             let smooth = self.is_smooth();
             let (mirror, cos) = if smooth {
@@ -105,7 +146,7 @@ impl ThinDielectric {
             if mirror.z * known.z <= 0.0 {
                 return None;
             }
-            let reflects = u.z < p * base.reflection_probability(fresnel::dielectric(cos, self.ior));
+            let reflects = u.z < p * surface.reflection_probability(fresnel::dielectric(cos, self.ior), cos);
             let lobe = if smooth { Lobe::Delta(u8::from(!reflects)) } else { Lobe::Continuous };
             (if reflects { mirror } else { through(mirror) }, lobe)
         };
@@ -116,7 +157,7 @@ impl ThinDielectric {
     /// See [`super::Bsdf::has_continuous`].
     #[inline]
     pub fn has_continuous(&self) -> bool {
-        !self.is_smooth() || self.base().albedo() != Rgb::ZERO
+        !self.is_smooth() || self.surface().albedo() != Rgb::ZERO
     }
 
     /// See [`super::Bsdf::delta_count`].
@@ -128,11 +169,7 @@ impl ThinDielectric {
     /// See [`super::Bsdf::continuous_probability`].
     #[inline]
     pub fn continuous_probability(&self, known: Vec3) -> f32 {
-        if self.is_smooth() {
-            1.0 - self.base().interface_probability(fresnel::dielectric(known.z.abs(), self.ior))
-        } else {
-            1.0
-        }
+        if self.is_smooth() { 1.0 - self.end(known).ways.facet_probability() } else { 1.0 }
     }
 
     /// See [`super::Bsdf::continuous_transmits`].

@@ -7,7 +7,7 @@
 use super::*;
 
 /// Unpolarised Fresnel reflectance at |cos θ| for the relative index η across, 1 under total reflection.
-pub(super) fn reflectance(cos: f64, eta: f64) -> f64 {
+pub(in crate::scene::bsdf) fn reflectance(cos: f64, eta: f64) -> f64 {
     let sin2 = (1.0 - cos * cos) / (eta * eta);
     if sin2 >= 1.0 {
         return 1.0;
