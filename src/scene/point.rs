@@ -140,17 +140,18 @@ impl Point {
         }
     }
 
-    /// Whether one of two points lies in the plane of the other's surface, as far as their errors and those of N_g tell.
+    /// Whether one of two points lies in the plane of the other's surface, as far as their errors tell.
     #[inline(always)]
     pub fn is_in_one_plane_with(&self, other: &Self) -> bool {
-        if matches!(self.place, Place::Infinite | Place::Film) || matches!(other.place, Place::Infinite | Place::Film) {
-            return false;
-        }
         let to = other.position - self.position;
-        // The components of a unit vector add up to √3 at most.
-        let slack = 1.75 * (self.error + other.error) + f32::EPSILON * to.abs().max_element();
-        let has = |p: &Self| p.place == Place::Surface && p.normal.dot(to).abs() <= slack;
-        has(self) || has(other)
+        // The components of a unit vector add up to √3 at most. Errors are several ε of the positions, and so cover that of N_g.
+        let slack = 1.75 * (self.error + other.error);
+        let [own, others] = [self, other].map(|p| p.normal.dot(to).abs() <= slack);
+        (own || others) && {
+            let finite = |p: &Self| matches!(p.place, Place::Surface | Place::Degenerate);
+            let has_plane = |p: &Self| p.place == Place::Surface;
+            finite(self) && finite(other) && (own && has_plane(self) || others && has_plane(other))
+        }
     }
 
     /// The medium into which the direction `w` leads.

@@ -4,7 +4,7 @@ use glam::Vec3;
 
 use super::{
     BsdfSample, GRAZING, Lobe, Scatter, ScatterEvent, Transport, albedo, fresnel,
-    layer::{Coat, product_lobe},
+    layer::{Coat, Ways, product_lobe},
     microfacet::{Ggx, SMOOTH_ALPHA},
     mirrored,
     transmitting::{Clear, End, Transmitting},
@@ -102,6 +102,19 @@ impl Dielectric {
         Clear { fresnel, missing, crosses: between[side(w)].crosses }
     }
 
+    /// The ways of sampling from `w`, where the smooth boundary reflects `fresnel`. Smooth clear glass has facets alone.
+    #[inline]
+    fn ways(&self, surface: Transmitting, w: Vec3, fresnel: f32) -> Ways {
+        if self.is_smooth() {
+            if self.transmission == 1.0 {
+                return Ways { facets: 1.0, ..Ways::default() };
+            }
+            let clear = Clear { fresnel, missing: 0.0, crosses: 0.0 };
+            return surface.end(w, clear, surface.plastic()).ways;
+        }
+        surface.end(w, self.clear(w, self.between().as_ref()), surface.plastic()).ways
+    }
+
     /// What leaves the clear boundary after several facets, 1/sr, before the tint.
     #[inline]
     fn multiple(&self, camera: &End, light: &End, between: &[Between; 2]) -> f32 {
@@ -165,20 +178,16 @@ impl Dielectric {
             return Scatter::ZERO;
         }
         let surface = self.surface();
-        let plastic = surface.plastic();
-        let end = |w: Vec3| surface.end(w, self.clear(w, None), plastic);
+        let facet_probability = |w: Vec3, f: f32| self.ways(surface, w, f).facet_probability();
         let (cos_camera, cos_light) = (to_camera.z.abs(), to_light.z.abs());
         if same_side {
             let f = self.fresnel(to_camera);
-            let p = end(to_camera).ways.facet_probability() * surface.reflection_probability(f, cos_camera);
+            let p = facet_probability(to_camera, f) * surface.reflection_probability(f, cos_camera);
             Scatter::delta(Rgb::splat(surface.reflectance(f, cos_camera)), to_light, p, p, 1.0)
         } else {
             let f = fresnel::dielectric_pair(cos_camera, cos_light, self.eta_across(to_camera));
             // F from both cosines is the same at both ends to the last bit, and so are the probabilities of clear glass.
-            let p = |w: Vec3| {
-                let clear = Clear { fresnel: f, missing: 0.0, crosses: 0.0 };
-                surface.end(w, clear, plastic).ways.facet_probability() * surface.transmission_probability(f, w.z.abs())
-            };
+            let p = |w: Vec3| facet_probability(w, f) * surface.transmission_probability(f, w.z.abs());
             // Radiance scales with η² (Veach 5.2); so does dω cos, by the differential of Snell's law.
             let eta = self.relative_ior(to_camera, to_light);
             let value = surface.transmittance() * ((1.0 - f) / mistake!(eta * eta, NoEtaSquared => 1.0));
@@ -194,7 +203,7 @@ impl Dielectric {
             return None;
         }
         let surface = self.surface();
-        let ways = surface.end(known, self.clear(known, self.between().as_ref()), surface.plastic()).ways;
+        let ways = self.ways(surface, known, self.fresnel(known));
         let p = ways.facet_probability();
         let (direction, lobe) = if u.z >= p {
             (ways.sample(known, surface.alpha, u), Lobe::Continuous)
@@ -243,8 +252,7 @@ impl Dielectric {
         if !self.is_smooth() {
             return 1.0;
         }
-        let surface = self.surface();
-        1.0 - surface.end(known, self.clear(known, None), surface.plastic()).ways.facet_probability()
+        1.0 - self.ways(self.surface(), known, self.fresnel(known)).facet_probability()
     }
 
     /// See [`super::Bsdf::continuous_transmits`].

@@ -77,6 +77,10 @@ impl MetallicRoughness {
     #[inline]
     fn hemisphere(&self) -> Hemisphere {
         let average = Split::average(self.alpha);
+        if self.is_smooth() {
+            // No light meets a second facet.
+            return Hemisphere { average, multiple: Rgb::ZERO, coat_multiple: 0.0 };
+        }
         Hemisphere { average, multiple: self.multiple(average), coat_multiple: self.coat().multiple(average) }
     }
 
@@ -149,9 +153,9 @@ impl MetallicRoughness {
             }
             Lobe::Delta(0) if self.is_smooth() => {
                 let reflectance = self.reflectance(fresnel::schlick_weight(to_camera.z.abs()));
-                let hemisphere = self.hemisphere();
-                let p = |w| self.end(w, &hemisphere).ways.facet_probability();
-                Scatter::delta(reflectance, to_light, p(to_camera), p(to_light), 1.0)
+                // Mirrored directions have the same cosine.
+                let p = self.end(to_camera, &self.hemisphere()).ways.facet_probability();
+                Scatter::delta(reflectance, to_light, p, p, 1.0)
             }
             Lobe::Delta(_) => Scatter::ZERO,
         }

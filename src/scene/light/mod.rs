@@ -351,7 +351,11 @@ impl Lights {
         match self.get(id) {
             Light::Area { primitive, map, .. } => {
                 let textured = map.as_ref().and_then(|map| geometry.surface_at(*primitive, map.sample(u, rest)));
-                let surface = textured.unwrap_or_else(|| geometry.sample(*primitive, u.place()));
+                // Not by `unwrap_or_else`, which is inlined or not as the size of what is around it goes.
+                let surface = match textured {
+                    Some(surface) => surface,
+                    None => geometry.sample(*primitive, u.place()),
+                };
                 Point::on_surface(geometry, materials, *primitive, &surface, Some(id))
             }
             Light::Point { position, .. } => without_extent(*position, id),

@@ -191,7 +191,7 @@ fn tables_interpolate_what_quadratures_find() {
         }
     }
     println!("largest errors of E₁, B, E of a boundary from the thin and from the dense side: {worst:?}");
-    for (worst, stated) in worst.into_iter().zip([0.0008, 0.0008, 0.002, 0.0035]) {
+    for (worst, stated) in worst.into_iter().zip([0.0008, 0.0008, 0.002, 0.003]) {
         assert!(worst < stated, "{worst}, stated are {stated}");
     }
 }
@@ -216,7 +216,7 @@ fn averages_are_those_of_the_tables() {
             let most = (0..60).map(|i| missing(0.89_f32.powi(i))).fold(0.0, f32::max);
             let error = (f64::from(found) / average(missing) - 1.0).abs() * f64::from(most);
             worst = worst.max(error);
-            assert!(error < 0.0025, "{name}, α = {alpha}, η = {eta}: {error}");
+            assert!(error < 0.001, "{name}, α = {alpha}, η = {eta}: {error}");
         };
         check("E₁", TABLES.average_split(alpha).missing, &|mu| TABLES.split(mu, alpha).missing);
         for eta in [eta, 1.0 / eta] {
