@@ -86,7 +86,7 @@ const fn size([x, y, z]: [usize; 3]) -> usize {
 }
 
 /// √[`SMOOTH_ALPHA`], glTF's roughness where the tables begin.
-const LEAST_ROUGHNESS: f32 = 0.031_622_777;
+const LEAST_ROUGHNESS: f32 = 0.031_622_78;
 const ROOT_OF_LEAST: f32 = 0.177_827_94;
 /// The range of B's deviation: entries 0 … 1 stand for −`DEVIATION_RANGE` … `DEVIATION_RANGE`.
 const DEVIATION_RANGE: f32 = 2.0;

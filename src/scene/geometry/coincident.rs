@@ -253,7 +253,7 @@ impl Geometry {
                 let Within::Triangle { index, .. } = within else { return ControlFlow::Continue(()) };
                 let id = PrimitiveId::of(other, index);
                 let corners = other_mesh.triangle(index).corners();
-                let face = Face::of(corners.map(|p| placed.to_world(p)), self.plane_error(id));
+                let face = Face::of(corners.map(|p| placed.in_world(p)), self.plane_error(id));
                 *compared += 1;
                 self.mark_pairs(&face, id, (number, instance, mesh, tree), found, &mut pairs, compared);
                 ControlFlow::Continue(())
@@ -285,7 +285,7 @@ impl Geometry {
             *compared += 1;
             let other = PrimitiveId::of(number, index);
             if compete(role, found.roles[mesh.material(index).0 as usize]) {
-                let corners = triangle.corners().map(|p| instance.to_world(p));
+                let corners = triangle.corners().map(|p| instance.in_world(p));
                 if Face::of(corners, self.plane_error(other)).coincides(face) {
                     pairs.push(other);
                 }

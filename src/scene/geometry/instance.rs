@@ -133,7 +133,7 @@ impl Instance {
     }
 
     /// A point of the mesh in world space.
-    pub fn to_world(&self, p: Vec3) -> DVec3 {
+    pub fn in_world(&self, p: Vec3) -> DVec3 {
         self.placement.to_world.transform_point3(p.as_dvec3())
     }
 
