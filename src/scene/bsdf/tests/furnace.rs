@@ -24,6 +24,9 @@ fn albedo(bsdf: &Bsdf, known: Vec3, transport: Transport, n: u32) -> f64 {
 fn assert_white(bsdfs: impl Iterator<Item = Bsdf>) {
     let mut wrong = Vec::new();
     for (number, bsdf) in bsdfs.enumerate() {
+        if wrong.len() > 9 {
+            break; // and be no slower than where all is right
+        }
         for (i, cos) in COSINES.into_iter().enumerate() {
             for side in [1.0, -1.0] {
                 if side < 0.0 && !bsdf.continuous_transmits() {
@@ -44,7 +47,7 @@ fn assert_white(bsdfs: impl Iterator<Item = Bsdf>) {
             }
         }
     }
-    assert!(wrong.is_empty(), "{} are not white:\n{}", wrong.len(), wrong.join("\n"));
+    assert!(wrong.is_empty(), "not white, of these or more:\n{}", wrong.join("\n"));
 }
 
 #[test]
