@@ -106,6 +106,15 @@ impl MetallicRoughness {
         End { missing: split.missing, passed, ways }
     }
 
+    /// The ways of sampling from `w`. A mirror has facets alone.
+    #[inline]
+    fn ways(&self, w: Vec3) -> Ways {
+        if self.is_smooth() && self.metallic == 1.0 {
+            return Ways { facets: 1.0, ..Ways::default() };
+        }
+        self.end(w, &self.hemisphere()).ways
+    }
+
     #[inline]
     fn is_smooth(&self) -> bool {
         self.alpha < SMOOTH_ALPHA
@@ -154,7 +163,7 @@ impl MetallicRoughness {
             Lobe::Delta(0) if self.is_smooth() => {
                 let reflectance = self.reflectance(fresnel::schlick_weight(to_camera.z.abs()));
                 // Mirrored directions have the same cosine.
-                let p = self.end(to_camera, &self.hemisphere()).ways.facet_probability();
+                let p = self.ways(to_camera).facet_probability();
                 Scatter::delta(reflectance, to_light, p, p, 1.0)
             }
             Lobe::Delta(_) => Scatter::ZERO,
@@ -167,7 +176,7 @@ impl MetallicRoughness {
         if known.z.abs() < GRAZING {
             return None;
         }
-        let ways = self.end(known, &self.hemisphere()).ways;
+        let ways = self.ways(known);
         let (direction, lobe) = if u.z >= ways.facet_probability() {
             (ways.sample(known, self.alpha, u), Lobe::Continuous)
         } else if self.is_smooth() {
@@ -195,7 +204,7 @@ impl MetallicRoughness {
     /// See [`super::Bsdf::continuous_probability`].
     #[inline]
     pub fn continuous_probability(&self, known: Vec3) -> f32 {
-        if self.is_smooth() { 1.0 - self.end(known, &self.hemisphere()).ways.facet_probability() } else { 1.0 }
+        if self.is_smooth() { 1.0 - self.ways(known).facet_probability() } else { 1.0 }
     }
 
     /// See [`super::Bsdf::event`].

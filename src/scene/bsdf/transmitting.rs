@@ -73,6 +73,9 @@ impl Transmitting {
     /// Reflectance of a (micro)surface whose clear part reflects `fresnel` at the cosine `cos`.
     #[inline]
     pub fn reflectance(self, fresnel: f32, cos: f32) -> f32 {
+        if self.transmission == 1.0 {
+            return fresnel;
+        }
         let Coat { f0, f90 } = self.coat;
         self.transmission * fresnel + self.plastic_fraction() * (f0 + (f90 - f0) * fresnel::schlick_weight(cos))
     }
