@@ -48,7 +48,7 @@ impl Engine {
         let rays = set.rays.iter();
         match (self, set.query) {
             (Self::Ours(g), Query::Closest) => rays.filter(|r| g.closest(r, PrimitiveId::NONE).is_some()).count(),
-            (Self::Ours(g), Query::Any) => rays.filter(|r| g.occluded(r, [PrimitiveId::NONE; 2])).count(),
+            (Self::Ours(g), Query::Any) => rays.filter(|r| g.obstacle(r, [PrimitiveId::NONE; 2]).is_some()).count(),
             (Self::Embree(e), Query::Closest) => rays.filter(|r| e.closest(r).is_some()).count(),
             (Self::Embree(e), Query::Any) => rays.filter(|r| e.occluded(r)).count(),
         }

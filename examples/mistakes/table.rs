@@ -63,6 +63,7 @@ pub fn killers(mistake: Mistake) -> &'static [Test] {
         LensTwice | CosineCubed => &[LENS],
         OpaqueToShadows => &[Transport("alpha::light_and_shadow_rays_pass_crossing_panes")],
         CoveredPoints => &[Lib("scene::coincident::tests::what_is_there_is_what_asking_every_surface_finds")],
+        OwnPlaneSeen => &[Transport("range::a_hidden_light_takes_nothing_from_what_is_seen")],
         CulledCastShadows => &[Transport("back_faces::a_furnace_seen_through_its_wall_is_a_furnace")],
         AbsorptionOutside | AbsorptionUnconnected => &[Transport("glass::every_path_inside_glass_is_as_defined")],
         ConnectionsInEmptySpace => &[Transport("media::lamp_card_and_camera_are_in_a_body")],

@@ -148,6 +148,9 @@ impl Integrator {
             ends.extend(connectible(joined).map(|s| End { number, s }));
             let splatting = if splatted > 0 { light.steps() } else { &[] };
             for (s, y) in (1..).zip(splatting) {
+                if s > 1 && !y.vertex.point.bsdf.has_continuous() {
+                    continue; // nothing connects to it
+                }
                 let samples = self.evaluated.multiplicity(Strategy { s: s as u32, t: 1 });
                 for k in 0..samples {
                     samplers.lens.start(Block::repeated(s as u32 - 1, branch * samples + k));

@@ -72,6 +72,7 @@ mistakes! {
     CosineCubed "cosine-cubed" "Importance falls off with cos³ instead of cos⁴.";
     OpaqueToShadows "opaque-to-shadows" "Shadow rays do not pass what is there in part.";
     CoveredPoints "covered-points" "Points are there also where a coincident surface comes before theirs.";
+    OwnPlaneSeen "own-plane-seen" "A point sees what lies in the plane of its own surface.";
     CulledCastShadows "culled-cast-shadows" "Connections to the lens do not pass back faces that the camera culls.";
     AbsorptionOutside "absorption-outside" "Light is absorbed in front of a volume's boundary.";
     AbsorptionUnconnected "absorption-unconnected" "Connections pass volumes unabsorbed.";

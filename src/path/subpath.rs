@@ -101,7 +101,17 @@ impl Subpath {
 
     #[inline(always)]
     fn push(&mut self, step: Step) {
-        self.room[self.len] = step;
+        // Field by field: else a whole step is built elsewhere and copied.
+        let Step { vertex, back, beta, pdf_fwd, pdf_rev, survival, rivals } = step;
+        let slot = &mut self.room[self.len];
+        slot.vertex.point = vertex.point;
+        slot.vertex.lobe = vertex.lobe;
+        slot.back = back;
+        slot.beta = beta;
+        slot.pdf_fwd = pdf_fwd;
+        slot.pdf_rev = pdf_rev;
+        slot.survival = survival;
+        slot.rivals = rivals;
         self.len += 1;
     }
 

@@ -7,7 +7,7 @@ use crate::math::Rgb;
 use crate::scene::{
     bsdf::{BsdfSample, Directions, Lobe, Scatter, Transport},
     point::Point,
-    tilt::{Tilt, Tilted},
+    tilt::Tilt,
 };
 
 /// One vertex. Its role (lens, surface, light) is its index in the path.
@@ -79,7 +79,7 @@ impl Vertex {
             return f;
         }
         let tilt = Tilt::at(&self.point);
-        let factor = |w| tilt.factor(self.lobe, w, &tilt.to_shading(w));
+        let factor = |w| tilt.to_shading(w).factor(self.lobe);
         f * (factor(to_camera) / factor(to_light))
     }
 }
@@ -107,11 +107,11 @@ pub(super) fn scatter(p: &Point, lobe: Lobe, to_camera: Vec3, to_light: Vec3) ->
 fn scatter_tilted(p: &Point, lobe: Lobe, to_camera: Vec3, to_light: Vec3) -> Scatter {
     let tilt = Tilt::at(p);
     let (camera, light) = (tilt.to_shading(to_camera), tilt.to_shading(to_light));
-    if !(tilt.sides_agree(to_camera, &camera) && tilt.sides_agree(to_light, &light)) {
+    if !(camera.keeps_side() && light.keeps_side()) {
         return Scatter::ZERO;
     }
     let scatter = p.bsdf.eval_around(p.shading_normal, lobe, camera.direction, light.direction);
-    let f = scatter.f * tilt.factor(lobe, to_light, &light);
+    let f = scatter.f * light.factor(lobe);
     Tilt::densities(lobe, Scatter { f, ..scatter }, &camera, &light)
 }
 
@@ -125,25 +125,22 @@ fn sample_tilted(
 ) -> Result<BsdfSample, Unscattered> {
     let tilt = Tilt::at(p);
     let before = tilt.to_shading(known);
-    if !tilt.sides_agree(known, &before) {
+    if !before.keeps_side() {
         return Err(Unscattered::Sides);
     }
     let sample = p.bsdf.sample_around(p.shading_normal, directions, before.direction, transport, u);
     let BsdfSample { direction, lobe, scatter } = sample.ok_or(Unscattered::Nothing)?;
-    let Tilted { direction: sampled, jacobian } = tilt.to_surface(direction);
-    let after = Tilted { direction, jacobian };
-    if !tilt.sides_agree(sampled, &after) {
+    let after = tilt.to_surface(direction);
+    if !after.keeps_side() {
         return Err(Unscattered::Sides);
     }
     let (camera, light) = match transport {
         Transport::Radiance => (before, after),
         Transport::Importance => (after, before),
     };
-    let (_, to_light) = transport.sides(known, sampled);
-    let factor = tilt.factor(lobe, to_light, &light);
-    let f = scatter.f * mistake!(factor, NoShadingFactor => tilt.factor(lobe, sampled, &after));
+    let f = scatter.f * mistake!(light.factor(lobe), NoShadingFactor => after.factor(lobe));
     Ok(BsdfSample {
-        direction: sampled,
+        direction: after.direction,
         lobe,
         scatter: Tilt::densities(lobe, Scatter { f, ..scatter }, &camera, &light),
     })

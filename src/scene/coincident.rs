@@ -17,7 +17,6 @@ use super::{
 };
 
 /// The part of the place that the coincident surfaces of a lower rank leave to `primitive`: the product of their 1 − α.
-#[cold]
 #[inline(never)]
 pub(super) fn left_by_others(
     geometry: &Geometry,
@@ -25,11 +24,11 @@ pub(super) fn left_by_others(
     primitive: PrimitiveId,
     position: Vec3,
 ) -> f32 {
-    if !geometry.may_coincide(primitive) {
-        return 1.0;
+    let mut left = 1.0;
+    if !geometry.may_be_hidden_at(primitive, position) {
+        return left;
     }
     let rank = geometry.rank(primitive);
-    let mut left = 1.0;
     geometry.coincident_at(primitive, position, |hit| {
         if geometry.rank(hit.primitive) < rank {
             left *= 1.0 - alpha(geometry, materials, &hit);
@@ -106,12 +105,13 @@ impl Scene {
     #[inline(never)]
     pub(super) fn settled(&self, ray: &Ray, mut hit: Hit) -> Hit {
         let geometry = &self.geometry;
-        if !geometry.may_coincide(hit.primitive) {
-            return hit;
-        }
         loop {
+            let position = geometry.surface(ray, &hit).position;
+            if !geometry.may_be_hidden_at(hit.primitive, position) {
+                return hit;
+            }
             let mut first = (geometry.rank(hit.primitive), hit);
-            geometry.coincident_at(hit.primitive, geometry.surface(ray, &hit).position, |other| {
+            geometry.coincident_at(hit.primitive, position, |other| {
                 let rank = geometry.rank(other.primitive);
                 if rank < first.0 && self.alpha(&other) == 1.0 {
                     first = (rank, Hit { t: hit.t, ..other });

@@ -51,6 +51,8 @@ pub struct Scene {
     /// Whether rays may go on behind what they hit first: some primitive's material is not opaque, or surfaces coincide. A scene without
     /// pays nothing for coverage.
     see_through: bool,
+    /// Whether some primitive's material is not opaque.
+    covers_in_part: bool,
     /// Where some surface bounds a volume: a scene without pays nothing for media.
     media: Option<Box<Media>>,
     /// Whether the camera's rays pass back faces of some material.
@@ -91,12 +93,24 @@ impl Scene {
         geometry.find_coincident(roles);
         let lights = Lights::new(&geometry, &materials, others);
         let light_of = LightIndex::new(&geometry, &lights);
-        let see_through = geometry.has_coincident()
-            || materials.iter().any(|m| m.coverage != Coverage::Opaque)
-                && geometry.with_material(&|id| !opaque(id)).next().is_some();
+        let covers_in_part = materials.iter().any(|m| m.coverage != Coverage::Opaque)
+            && geometry.with_material(&|id| !opaque(id)).next().is_some();
+        let see_through = covers_in_part || geometry.has_coincident();
         let media = Media::new(&geometry, &materials, &lights).map(Box::new);
         let (centre, areas) = (DVec3::ZERO, OnceLock::new());
-        Self { camera, centre, geometry, materials, lights, light_of, areas, see_through, media, culls: false }
+        Self {
+            camera,
+            centre,
+            geometry,
+            materials,
+            lights,
+            light_of,
+            areas,
+            see_through,
+            covers_in_part,
+            media,
+            culls: false,
+        }
     }
 
     /// The same scene with another choice among the lights for next-event estimation.
@@ -176,12 +190,43 @@ impl Scene {
         ray: Ray,
         skip: PrimitiveId,
         see_through: bool,
+        stops: impl FnMut(f32) -> bool,
+        alpha: impl Fn(&Hit) -> f32,
+    ) -> Traced {
+        let first = self.geometry.closest(&ray, skip);
+        let stops_there = !see_through
+            || self.all_is_there()
+                && match &first {
+                    Some(hit) => self.geometry.is_met_first(&ray, skip, hit),
+                    None => true,
+                };
+        if stops_there {
+            return Traced { ray, hit: first, visibility: 1.0 };
+        }
+        self.trace_on(ray, skip, first, stops, alpha)
+    }
+
+    /// Whether everything stops every ray, where it does not share its place.
+    #[inline(always)]
+    fn all_is_there(&self) -> bool {
+        !(self.covers_in_part || self.culls)
+    }
+
+    /// Goes on from what the ray hits first.
+    #[inline(never)]
+    fn trace_on(
+        &self,
+        ray: Ray,
+        skip: PrimitiveId,
+        mut next: Option<Hit>,
         mut stops: impl FnMut(f32) -> bool,
         alpha: impl Fn(&Hit) -> f32,
     ) -> Traced {
         let mut visibility = 1.0;
-        let mut next = self.geometry.closest(&ray, skip);
-        if see_through && self.geometry.has_coincident() {
+        if self.geometry.has_coincident() {
+            if next.is_none_or(|hit| alpha(&hit) == 1.0 && self.geometry.is_met_first(&ray, skip, &hit)) {
+                return Traced { ray, hit: next, visibility };
+            }
             let mut meetings = Meetings::new(&self.geometry, ray, skip, next);
             while let Some(hit) = meetings.next(&self.geometry) {
                 let alpha = alpha(&hit);
@@ -192,7 +237,7 @@ impl Scene {
             }
             return Traced { ray, hit: None, visibility };
         }
-        while let Some(hit) = next.filter(|_| see_through) {
+        while let Some(hit) = next {
             let alpha = alpha(&hit);
             if alpha == 1.0 || (alpha > 0.0 && stops(alpha)) {
                 break;
@@ -226,9 +271,6 @@ impl Scene {
     #[inline(always)]
     pub fn visible(&self, a: &Point, b: &Point) -> f32 {
         let (a, b) = if a.place == Place::Infinite { (b, a) } else { (a, b) };
-        if a.is_in_one_plane_with(b) {
-            return 0.0;
-        }
         self.visibility(&segment(a, b), a, b, self.see_through, |hit| self.alpha(hit))
     }
 
@@ -242,9 +284,7 @@ impl Scene {
         // The segment may run the other way.
         let ray = segment(lens, seen);
         let w = if seen.place == Place::Infinite { seen.position } else { seen.position - lens.position };
-        if seen.place == Place::Surface
-            && (seen.is_in_one_plane_with(lens) || self.is_culled(seen.primitive, seen.normal, w))
-        {
+        if seen.place == Place::Surface && self.is_culled(seen.primitive, seen.normal, w) {
             return 0.0;
         }
         self.visibility(&ray, lens, seen, true, |hit| self.alpha_for_camera(w, &ray, hit))
@@ -254,8 +294,19 @@ impl Scene {
     #[inline(always)]
     fn visibility(&self, ray: &Ray, a: &Point, b: &Point, see_through: bool, alpha: impl Fn(&Hit) -> f32) -> f32 {
         let skip = [a.primitive, b.primitive];
-        if mistake!(!see_through, OpaqueToShadows => true) {
-            return if self.geometry.occluded(ray, skip) { 0.0 } else { 1.0 };
+        if mistake!(!see_through || self.all_is_there(), OpaqueToShadows => true) {
+            return match self.geometry.obstacle(ray, skip) {
+                Some(hit) if self.geometry.may_be_in_plane_of_end(ray, skip, &hit) && !a.is_in_one_plane_with(b) => {
+                    self.visible_among_coincident(ray, a, b, alpha)
+                }
+                Some(_) => 0.0,
+                None if see_through && (a.alpha == 0.0 || b.alpha == 0.0) => 0.0,
+                None if mistake!(a.is_in_one_plane_with(b), OwnPlaneSeen => false) => 0.0,
+                None => 1.0,
+            };
+        }
+        if a.is_in_one_plane_with(b) {
+            return 0.0;
         }
         if self.geometry.has_coincident() {
             return self.visible_among_coincident(ray, a, b, alpha);

@@ -68,6 +68,27 @@ pub struct Tilted {
     pub direction: Vec3,
     /// dω_s/dω there, whichever of the two was given; positive.
     pub jacobian: f32,
+    /// ω_s·N_s.
+    cos_shading: f32,
+    /// ω·N_g.
+    cos_surface: f32,
+}
+
+impl Tilted {
+    /// Whether ω over N_g and ω_s over N_s lie on the same side, as they do short of rounding at the horizons. Where they do not, f̂ = 0:
+    /// the one place that says so.
+    #[inline(always)]
+    pub fn keeps_side(&self) -> bool {
+        self.cos_shading * self.cos_surface > 0.0
+    }
+
+    /// f̂/f_s for this as the light direction: |ω_s·N_s| / |ω·N_g| · dω_s/dω; of a delta lobe, whose coefficients are with respect to dω,
+    /// the cosines alone.
+    #[inline(always)]
+    pub fn factor(&self, lobe: Lobe) -> f32 {
+        let cosines = (self.cos_shading / self.cos_surface).abs();
+        if lobe == Lobe::Continuous { cosines * self.jacobian } else { cosines }
+    }
 }
 
 /// Which way a direction goes.
@@ -104,7 +125,7 @@ impl Tilt {
     fn map(&self, w: Vec3, to: To) -> Tilted {
         let (cos_s, cos_g) = (self.n_s.dot(w), self.n_g.dot(w));
         if (cos_g - self.cos * cos_s).abs() <= mistake!(self.reach, TiltLeftOut => f32::INFINITY) * cos_s.abs() {
-            Tilted { direction: w, jacobian: 1.0 }
+            Tilted { direction: w, jacobian: 1.0, cos_shading: cos_s, cos_surface: cos_g }
         } else {
             self.bend(w, cos_s, cos_g, to)
         }
@@ -113,7 +134,7 @@ impl Tilt {
     /// The shear, in the plane of the two normals.
     #[inline(never)]
     fn bend(&self, w: Vec3, y: f32, cos_g: f32, to: To) -> Tilted {
-        let stays = Tilted { direction: w, jacobian: 1.0 };
+        let stays = Tilted { direction: w, jacobian: 1.0, cos_shading: y, cos_surface: cos_g };
         // The part of N_g across N_s, without the cancellation in N_g − cos θ N_s.
         let between = self.n_g - self.n_s;
         let across = between - self.n_s * between.dot(self.n_s);
@@ -155,22 +176,11 @@ impl Tilt {
             To::Surface => 1.0 / stretch,
         };
         let jacobian = mistake!(of_map, TiltJacobian => 1.0);
-        Tilted { direction: moved.normalize(), jacobian }
-    }
-
-    /// Whether `w` over N_g and its ω_s lie on the same side of the surface, as they do short of rounding at the horizons. Where they do
-    /// not, f̂ = 0: the one place that says so.
-    #[inline(always)]
-    pub fn sides_agree(&self, w: Vec3, shading: &Tilted) -> bool {
-        self.n_g.dot(w) * self.n_s.dot(shading.direction) > 0.0
-    }
-
-    /// f̂/f_s for the light direction `w`: |ω_s·N_s| / |ω·N_g| · dω_s/dω; of a delta lobe, whose coefficients are with respect to dω,
-    /// the cosines alone.
-    #[inline(always)]
-    pub fn factor(&self, lobe: Lobe, w: Vec3, shading: &Tilted) -> f32 {
-        let cosines = (self.n_s.dot(shading.direction) / self.n_g.dot(w)).abs();
-        if lobe == Lobe::Continuous { cosines * shading.jacobian } else { cosines }
+        let direction = moved.normalize();
+        match to {
+            To::Shading => Tilted { direction, jacobian, cos_shading: self.n_s.dot(direction), cos_surface: cos_g },
+            To::Surface => Tilted { direction, jacobian, cos_shading: y, cos_surface: self.n_g.dot(direction) },
+        }
     }
 
     /// The densities of f_s as densities over N_g; f stays. Those of a delta lobe are coefficients with respect to dω on the light side.
@@ -223,7 +233,7 @@ mod tests {
                 assert!((back.jacobian / s.jacobian - 1.0).abs() < 200.0 * precision, "{theta}° {w} {s:?} {back:?}");
                 assert!((tilt.to_shading(-w).direction + s.direction).length() < 1e-6, "{theta}° {w}");
                 if tilt.n_g.dot(w).abs() > 1e-5 {
-                    assert!(tilt.sides_agree(w, &s), "{theta}° {w} {s:?}");
+                    assert!(s.keeps_side(), "{theta}° {w} {s:?}");
                 }
             }
         }

@@ -91,10 +91,9 @@ impl Dielectric {
         Some([side(0), side(1)])
     }
 
-    /// What the clear boundary does with light from `w`.
+    /// What the clear boundary does with light from `w`, of which the smooth one reflects `fresnel`.
     #[inline]
-    fn clear(&self, w: Vec3, between: Option<&[Between; 2]>) -> Clear {
-        let fresnel = self.fresnel(w);
+    fn clear(&self, w: Vec3, fresnel: f32, between: Option<&[Between; 2]>) -> Clear {
         let Some(between) = between else {
             return Clear { fresnel, missing: 0.0, crosses: 0.0 };
         };
@@ -102,17 +101,22 @@ impl Dielectric {
         Clear { fresnel, missing, crosses: between[side(w)].crosses }
     }
 
-    /// The ways of sampling from `w`, where the smooth boundary reflects `fresnel`. Smooth clear glass has facets alone.
-    #[inline]
+    /// Whether every direction is sampled by a facet: smooth clear glass, the common case, has nothing else.
+    #[inline(always)]
+    fn has_facets_alone(&self) -> bool {
+        self.transmission == 1.0 && self.is_smooth()
+    }
+
+    /// The ways of sampling from `w`; `fresnel` is what the smooth boundary reflects.
+    #[inline(never)]
     fn ways(&self, surface: Transmitting, w: Vec3, fresnel: f32) -> Ways {
-        if self.is_smooth() {
-            if self.transmission == 1.0 {
-                return Ways { facets: 1.0, ..Ways::default() };
-            }
-            let clear = Clear { fresnel, missing: 0.0, crosses: 0.0 };
-            return surface.end(w, clear, surface.plastic()).ways;
-        }
-        surface.end(w, self.clear(w, self.between().as_ref()), surface.plastic()).ways
+        surface.end(w, self.clear(w, fresnel, self.between().as_ref()), surface.plastic()).ways
+    }
+
+    /// The probability of sampling a facet from `w`; `fresnel` is what the smooth boundary reflects.
+    #[inline(always)]
+    fn facet_probability(&self, surface: Transmitting, w: Vec3, fresnel: f32) -> f32 {
+        if self.has_facets_alone() { 1.0 } else { self.ways(surface, w, fresnel).facet_probability() }
     }
 
     /// What leaves the clear boundary after several facets, 1/sr, before the tint.
@@ -134,7 +138,7 @@ impl Dielectric {
         let surface = self.surface();
         let plastic = surface.plastic();
         let between = self.between();
-        let end = |w: Vec3| surface.end(w, self.clear(w, between.as_ref()), plastic);
+        let end = |w: Vec3| surface.end(w, self.clear(w, self.fresnel(w), between.as_ref()), plastic);
         let (camera, light) = (end(to_camera), end(to_light));
         let (diffuse, multiple) = surface.smooth_lobes(&camera, &light, plastic);
         if self.is_smooth() {
@@ -178,16 +182,15 @@ impl Dielectric {
             return Scatter::ZERO;
         }
         let surface = self.surface();
-        let facet_probability = |w: Vec3, f: f32| self.ways(surface, w, f).facet_probability();
         let (cos_camera, cos_light) = (to_camera.z.abs(), to_light.z.abs());
         if same_side {
             let f = self.fresnel(to_camera);
-            let p = facet_probability(to_camera, f) * surface.reflection_probability(f, cos_camera);
+            let p = self.facet_probability(surface, to_camera, f) * surface.reflection_probability(f, cos_camera);
             Scatter::delta(Rgb::splat(surface.reflectance(f, cos_camera)), to_light, p, p, 1.0)
         } else {
             let f = fresnel::dielectric_pair(cos_camera, cos_light, self.eta_across(to_camera));
             // F from both cosines is the same at both ends to the last bit, and so are the probabilities of clear glass.
-            let p = |w: Vec3| facet_probability(w, f) * surface.transmission_probability(f, w.z.abs());
+            let p = |w: Vec3| self.facet_probability(surface, w, f) * surface.transmission_probability(f, w.z.abs());
             // Radiance scales with η² (Veach 5.2); so does dω cos, by the differential of Snell's law.
             let eta = self.relative_ior(to_camera, to_light);
             let value = surface.transmittance() * ((1.0 - f) / mistake!(eta * eta, NoEtaSquared => 1.0));
@@ -203,7 +206,11 @@ impl Dielectric {
             return None;
         }
         let surface = self.surface();
-        let ways = self.ways(surface, known, self.fresnel(known));
+        let ways = if self.has_facets_alone() {
+            Ways { facets: 1.0, ..Ways::default() }
+        } else {
+            self.ways(surface, known, self.fresnel(known))
+        };
         let p = ways.facet_probability();
         let (direction, lobe) = if u.z >= p {
             (ways.sample(known, surface.alpha, u), Lobe::Continuous)
@@ -252,7 +259,7 @@ impl Dielectric {
         if !self.is_smooth() {
             return 1.0;
         }
-        1.0 - self.ways(self.surface(), known, self.fresnel(known)).facet_probability()
+        1.0 - self.facet_probability(self.surface(), known, self.fresnel(known))
     }
 
     /// See [`super::Bsdf::continuous_transmits`].

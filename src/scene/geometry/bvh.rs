@@ -3,9 +3,9 @@
 //! There are two levels of the same tree: one over the world's primitives, in which an instance is a primitive too, and
 //! one over the triangles of each instanced mesh.
 
-use std::{mem::MaybeUninit, ops::ControlFlow};
+use std::mem::MaybeUninit;
 
-use glam::{DVec3, Vec2, Vec3};
+use glam::{Vec2, Vec3};
 
 use super::{
     Bounds,
@@ -167,6 +167,28 @@ impl Block {
             block.indices[lane] = primitive.index;
         }
         block
+    }
+
+    /// Its triangle in a lane, with its number, if there is one.
+    #[inline]
+    pub fn in_lane(&self, lane: usize) -> Option<(u32, Triangle)> {
+        let index = self.indices[lane];
+        (index != u32::MAX).then(|| (index, self.triangle(lane)))
+    }
+
+    /// The boxes of its triangles, as a node has those of its children.
+    #[inline]
+    pub fn boxes(&self) -> [[Lanes; 2]; 3] {
+        let mut boxes = Node::EMPTY.planes;
+        for ([low, high], corners) in boxes.iter_mut().zip(&self.corners) {
+            for corner in corners {
+                for lane in 0..WIDTH {
+                    low.0[lane] = low.0[lane].min(corner.0[lane]);
+                    high.0[lane] = high.0[lane].max(corner.0[lane]);
+                }
+            }
+        }
+        boxes
     }
 
     #[inline]
@@ -366,105 +388,6 @@ impl Tree {
                 }
             }
         }
-    }
-}
-
-/// A part of space for [`Tree::within`]: a box, or the part of it that a slab leaves.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Region {
-    bounds: Bounds,
-    /// A point and the unit normal of a plane, and how far from it the region reaches.
-    slab: Option<(DVec3, DVec3, f64)>,
-}
-
-impl Region {
-    /// Everything no further than `slack` from the box, along each axis.
-    pub fn around(bounds: Bounds, slack: f32) -> Self {
-        Self { bounds: Bounds { min: bounds.min - slack, max: bounds.max + slack }, slab: None }
-    }
-
-    /// Everything no further than `slack` from the triangle's plane, and along each axis from its box.
-    pub fn of_face(corners: [DVec3; 3], normal: DVec3, slack: f32) -> Self {
-        let [a, b, c] = corners;
-        let (min, max) = (a.min(b).min(c), a.max(b).max(c));
-        // Rounding the corners to f32 moves them by less than this, and so do the roundings of the nodes' boxes.
-        let slack = slack + 2.0 * f32::EPSILON * min.abs().max(max.abs()).max_element() as f32;
-        let bounds = Bounds { min: min.as_vec3(), max: max.as_vec3() };
-        Self { slab: Some((a, normal, f64::from(slack))), ..Self::around(bounds, slack) }
-    }
-
-    fn meets(&self, b: Bounds) -> bool {
-        if !(b.min.cmple(self.bounds.max).all() && self.bounds.min.cmple(b.max).all()) {
-            return false;
-        }
-        let Some((point, normal, slack)) = self.slab else { return true };
-        let (min, max) = (b.min.as_dvec3(), b.max.as_dvec3());
-        let half = 0.5 * (max - min);
-        normal.dot(0.5 * (min + max) - point).abs() <= slack + normal.abs().dot(half)
-    }
-
-    fn meets_triangle(&self, triangle: &Triangle) -> bool {
-        let beyond = |(point, normal, slack): (DVec3, DVec3, f64)| {
-            let [a, b, c] = triangle.corners().map(|p| normal.dot(p.as_dvec3() - point));
-            a.min(b).min(c) > slack || a.max(b).max(c) < -slack
-        };
-        self.meets(triangle.bounds()) && !self.slab.is_some_and(beyond)
-    }
-}
-
-/// What [`Tree::within`] comes upon.
-pub(super) enum Within {
-    /// A triangle of the tree.
-    Triangle { index: u32, triangle: Triangle },
-    /// An instance.
-    Instance { number: u32 },
-}
-
-impl Tree {
-    /// Visits triangles and instances until `visit` breaks: all that have a part in the region, and some whose box has one.
-    pub fn within(&self, region: &Region, visit: &mut impl FnMut(Within) -> ControlFlow<()>) -> ControlFlow<()> {
-        self.root.map_or(ControlFlow::Continue(()), |root| self.within_child(root, region, visit))
-    }
-
-    /// No deeper than [`MAX_DEPTH`].
-    fn within_child(
-        &self,
-        child: Child,
-        region: &Region,
-        visit: &mut impl FnMut(Within) -> ControlFlow<()>,
-    ) -> ControlFlow<()> {
-        match child.below() {
-            Below::Node(index) => {
-                let node = &self.nodes[index as usize];
-                let [x, y, z] = &node.planes;
-                for slot in 0..WIDTH {
-                    let corner = |k: usize| Vec3::new(x[k].0[slot], y[k].0[slot], z[k].0[slot]);
-                    if region.meets(Bounds { min: corner(0), max: corner(1) }) {
-                        self.within_child(node.children[slot], region, visit)?;
-                    }
-                }
-            }
-            Below::Blocks { first, count } => {
-                for block in &self.blocks[first as usize..][..count as usize] {
-                    for (lane, &index) in block.indices.iter().enumerate().filter(|(_, index)| **index != u32::MAX) {
-                        let triangle = block.triangle(lane);
-                        if region.meets_triangle(&triangle) {
-                            visit(Within::Triangle { index, triangle })?;
-                        }
-                    }
-                }
-            }
-            Below::Others { first, count } => {
-                for other in &self.others[first as usize..][..count as usize] {
-                    if let Shape::Instance(bounds) = other.shape
-                        && region.meets(bounds)
-                    {
-                        visit(Within::Instance { number: other.index })?;
-                    }
-                }
-            }
-        }
-        ControlFlow::Continue(())
     }
 }
 

@@ -8,9 +8,9 @@ use glam::{DAffine3, DMat3, DVec3, Mat3, Vec2, Vec3, Vec4};
 use super::{
     Bounds, Surface,
     attributes::moved_tangent,
-    bvh::Region,
     mesh::{Mesh, shading_normal},
     ray::{Interval, Prepared, Ray},
+    region::Region,
 };
 
 /// An affine transformation that can place a mesh: what it does to rays can be undone without losing much.

@@ -7,7 +7,7 @@ use glam::{Vec2, Vec3};
 use super::{
     Attributes, Bounds, Interpolation, MaterialId, Surface,
     bvh::{Primitive, Shape},
-    coincident::Role,
+    coincident::{Role, Sharing},
     triangle::Triangle,
 };
 use crate::scene::tilt::lifted;
@@ -41,6 +41,7 @@ struct IndexedTriangle {
     /// N_g by winding: what every hit needs, and f64 has to find.
     normal: Vec3,
     shading: Shading,
+    sharing: Sharing,
 }
 
 #[cfg(test)]
@@ -104,6 +105,7 @@ impl Mesh {
             material,
             normal: Triangle::new(t.map(|i| positions[i as usize])).normal(),
             shading,
+            sharing: Sharing::Alone,
         }));
     }
 
@@ -192,6 +194,22 @@ impl Mesh {
 
     pub(super) fn triangle(&self, index: u32) -> Triangle {
         Triangle::new(self.triangles[index as usize].corners.map(|i| self.positions[i as usize]))
+    }
+
+    /// Whether it shares its place; a triangle that is not there is alone.
+    #[inline(always)]
+    pub(super) fn sharing(&self, index: u32) -> Sharing {
+        // Not by closures, which are inlined or not as the size of what is around them goes.
+        match self.triangles.get(index as usize) {
+            Some(triangle) => triangle.sharing,
+            None => Sharing::Alone,
+        }
+    }
+
+    /// Notes that it shares its place, if nothing more is known.
+    pub(super) fn shares(&mut self, index: u32, sharing: Sharing) {
+        let known = &mut self.triangles[index as usize].sharing;
+        *known = (*known).max(sharing);
     }
 
     #[inline]

@@ -18,6 +18,7 @@ mod mesh;
 mod offset;
 mod query;
 mod ray;
+mod region;
 mod shells;
 mod simd;
 mod sphere;

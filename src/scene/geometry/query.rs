@@ -45,13 +45,18 @@ impl Geometry {
         best
     }
 
-    /// Whether anything but the two flat primitives in `skip` lies on the segment.
+    /// Anything but the two flat primitives in `skip` that lies on the segment.
     ///
     /// # Panics
     /// If there are primitives, but [`Self::build`] has not been called.
     #[inline(always)]
-    pub fn occluded(&self, ray: &Ray, skip: [PrimitiveId; 2]) -> bool {
-        self.crossings(ray, skip, |_| ControlFlow::Break(())).is_break()
+    pub fn obstacle(&self, ray: &Ray, skip: [PrimitiveId; 2]) -> Option<Hit> {
+        let mut found = None;
+        let _ = self.crossings(ray, skip, |hit| {
+            found = Some(*hit);
+            ControlFlow::Break(())
+        });
+        found
     }
 
     /// Calls `visit` with everything but the two flat primitives in `skip` that the segment crosses, until it breaks: what

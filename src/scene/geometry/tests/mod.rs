@@ -16,6 +16,12 @@ use crate::math::Frame;
 
 const M: MaterialId = MaterialId(0);
 
+impl Geometry {
+    fn occluded(&self, ray: &Ray, skip: [PrimitiveId; 2]) -> bool {
+        self.obstacle(ray, skip).is_some()
+    }
+}
+
 fn rng() -> StdRng {
     StdRng::seed_from_u64(1)
 }

@@ -1,0 +1,294 @@
+//! Finds which surfaces coincide, when the scene is built.
+
+use std::ops::ControlFlow;
+
+use glam::{DVec3, Vec3};
+use rayon::prelude::*;
+
+use super::{
+    super::{
+        Instance, Mesh,
+        bvh::Tree,
+        region::{Region, Within},
+        triangle::Triangle,
+    },
+    Bounds, Coincident, Geometry, Hidden, MARGIN, OFFSET, PARALLEL, PrimitiveId, Rank, Role, Sharing, compete,
+};
+
+/// How many triangles may be compared to find what coincides among large instances, some seconds' worth. What is not compared counts as
+/// coincident everywhere, which costs time and changes nothing else.
+const MOST_COMPARED: u64 = 1 << 25;
+/// How many others are listed of those that one triangle coincides with. With more, it counts as coincident everywhere.
+const MOST_LISTED: usize = 64;
+/// A box for what is not known better, and for the triangles of instances, which have several places.
+const EVERYWHERE: Bounds = Bounds { min: Vec3::NEG_INFINITY, max: Vec3::INFINITY };
+
+/// A triangle that overlaps others, and a box around where one comes before it, if one does.
+type Found<Id> = (Id, Option<Bounds>);
+
+/// What was found so far.
+struct Search<'a> {
+    roles: &'a [Role],
+    world: Vec<Found<u32>>,
+    meshes: Vec<Vec<Found<u32>>>,
+    reach: f32,
+    compared: u64,
+}
+
+/// An instance with its tree.
+struct Placed<'a> {
+    number: u32,
+    instance: &'a Instance,
+    mesh: &'a Mesh,
+    tree: &'a Tree,
+}
+
+impl Geometry {
+    /// Finds which surfaces coincide, on the current rayon pool; `roles` is by material. Without this, none do.
+    ///
+    /// # Panics
+    /// Before [`Self::build`].
+    pub fn find_coincident(&mut self, roles: Vec<Role>) {
+        let Some(tree) = self.tree() else { return };
+        let mut search = Search {
+            roles: &roles,
+            world: overlaps_within(&self.world, tree, 0.0, &roles),
+            meshes: Vec::new(),
+            reach: self.reach(),
+            compared: 0,
+        };
+        for (number, m) in (0..).zip(&self.meshes) {
+            // Where it is placed, roundings of the world's coordinates come on top of its own.
+            let placed = self.instances.iter().filter(|i| i.mesh == number);
+            let placed = placed.filter_map(|i| Some(i.placement.shrinking() * f64::from(self.instance_error(i)?)));
+            let error = placed.fold(0.0, f64::max) as f32;
+            let overlaps = m.tree.as_ref().map(|tree| overlaps_within(&m.mesh, tree, error, &roles));
+            let somewhere = |(index, bounds): Found<u32>| (index, bounds.map(|_| EVERYWHERE));
+            search.meshes.push(overlaps.unwrap_or_default().into_iter().map(somewhere).collect());
+        }
+        (0..self.instance_count()).for_each(|number| self.search_around(number, &mut search));
+        let Search { world, meshes, reach, .. } = search;
+        if world.is_empty() && meshes.iter().all(Vec::is_empty) {
+            self.coincident = None;
+            return;
+        }
+        // Positions lie within `reach` of where the search has them.
+        let around = 2.0 * reach;
+        let grown = |b: Bounds| Bounds { min: b.min - around, max: b.max + around };
+        let world = world.into_iter().map(|(index, bounds)| (index, bounds.map(grown))).collect();
+        let world = note(&mut self.world, world);
+        let meshes = self.meshes.iter_mut().zip(meshes).map(|(m, found)| note(&mut m.mesh, found)).collect();
+        self.coincident = Some(Box::new(Coincident { roles, world, meshes, reach }));
+    }
+
+    /// A bound on what [`Self::is_in`] allows for.
+    fn reach(&self) -> f32 {
+        let of_instances = self.instances.iter().filter_map(|i| self.instance_error(i));
+        MARGIN * of_instances.fold(most_error(&self.world), f32::max)
+    }
+
+    /// A bound on [`Self::plane_error`] of an instance's triangles; `None` if there are none.
+    fn instance_error(&self, instance: &Instance) -> Option<f32> {
+        let size = |b: Bounds| b.min.abs().max(b.max.abs());
+        let object = self.meshes[instance.mesh as usize].bounds?;
+        Some(OFFSET * 3_f32.sqrt() * instance.placement.error(size(object), size(instance.bounds)))
+    }
+
+    /// Finds what coincides with instance `number`: in world space, and in later instances.
+    fn search_around(&self, number: u32, search: &mut Search<'_>) {
+        let (Some(placed), Some(world)) = (self.placed(number), &self.tree) else { return };
+        let mut others = Vec::new();
+        let mut found = Vec::new();
+        let around = Region::around(placed.instance.bounds, search.reach);
+        let _ = world.within(&around, &mut |within| {
+            match within {
+                Within::Triangle { index, .. } => {
+                    let id = PrimitiveId::world(index);
+                    let corners = self.world.triangle(index).corners().map(|p| p.as_dvec3());
+                    self.compare(&Face::of(corners, self.plane_error(id)), id, &placed, search, &mut found);
+                }
+                Within::Instance { number: other } if other > number => others.push(other),
+                Within::Instance { .. } => {}
+            }
+            ControlFlow::Continue(())
+        });
+        for other in others.into_iter().filter_map(|other| self.placed(other)) {
+            if search.compared > MOST_COMPARED {
+                for p in [&placed, &other] {
+                    let all = (0..p.mesh.len()).map(|index| (index, Some(EVERYWHERE)));
+                    search.meshes[p.instance.mesh as usize] = all.collect();
+                }
+                continue;
+            }
+            let common = other.instance.region_of_box(placed.instance.bounds, search.reach);
+            let _ = other.tree.within(&common, &mut |within| {
+                let Within::Triangle { index, .. } = within else { return ControlFlow::Continue(()) };
+                let id = PrimitiveId::of(other.number, index);
+                let corners = other.mesh.triangle(index).corners().map(|p| other.instance.in_world(p));
+                search.compared += 1;
+                self.compare(&Face::of(corners, self.plane_error(id)), id, &placed, search, &mut found);
+                ControlFlow::Continue(())
+            });
+        }
+        for (id, bounds) in found {
+            match id.instance() {
+                None => search.world.push((id.index, bounds)),
+                Some(n) => search.meshes[self.instances[n as usize].mesh as usize].push((id.index, bounds)),
+            }
+        }
+    }
+
+    /// Instance `number`, if there is anything to meet.
+    fn placed(&self, number: u32) -> Option<Placed<'_>> {
+        let (instance, mesh) = self.instance(number);
+        Some(Placed { number, instance, mesh, tree: self.meshes[instance.mesh as usize].tree.as_ref()? })
+    }
+
+    /// Adds `face` and the triangles of an instance that coincide with it to `found`.
+    fn compare(
+        &self,
+        face: &Face,
+        id: PrimitiveId,
+        placed: &Placed<'_>,
+        search: &mut Search<'_>,
+        found: &mut Vec<Found<PrimitiveId>>,
+    ) {
+        let role = search.roles[self.material(id).0 as usize];
+        let region = placed.instance.region_of_face(face.corners, search.reach);
+        let _ = placed.tree.within(&region, &mut |within| {
+            let Within::Triangle { index, triangle } = within else { return ControlFlow::Continue(()) };
+            search.compared += 1;
+            let other = PrimitiveId::of(placed.number, index);
+            let other_role = search.roles[placed.mesh.material(index).0 as usize];
+            if compete(role, other_role) {
+                let corners = triangle.corners().map(|p| placed.instance.in_world(p));
+                if let Some(bounds) = Face::of(corners, self.plane_error(other)).overlap(face) {
+                    // The order of two instances is not that of all places of their meshes.
+                    let either = id.instance().is_some();
+                    let other_first = Rank(other_role.precedence, other) < Rank(role.precedence, id);
+                    let own_bounds = if id.instance().is_some() { EVERYWHERE } else { bounds };
+                    found.push((id, (either || other_first).then_some(own_bounds)));
+                    found.push((other, (either || !other_first).then_some(EVERYWHERE)));
+                }
+            }
+            ControlFlow::Continue(())
+        });
+    }
+}
+
+/// Notes what was found of a mesh's triangles with them, and returns where they are hidden.
+fn note(mesh: &mut Mesh, found: Vec<Found<u32>>) -> Hidden {
+    for (index, bounds) in &found {
+        mesh.shares(*index, if bounds.is_some() { Sharing::Hidden } else { Sharing::First });
+    }
+    Hidden::new(found.into_iter().filter_map(|(index, bounds)| Some((index, bounds?))).collect())
+}
+
+/// A bound on the error of every triangle's plane.
+fn most_error(mesh: &Mesh) -> f32 {
+    let size = mesh.bounds().map_or(0.0, |b| b.min.abs().max(b.max.abs()).max_element());
+    OFFSET * 3_f32.sqrt() * Mesh::error_at_most(size)
+}
+
+/// The triangles of a mesh that coincide with others of it, with boxes in the mesh's space. Planes have at least the error `error`.
+fn overlaps_within(mesh: &Mesh, tree: &Tree, error: f32, roles: &[Role]) -> Vec<Found<u32>> {
+    let role = |index: u32| roles[mesh.material(index).0 as usize];
+    // Of triangles of one instance, ids have the order of the mesh.
+    let rank = |index: u32| Rank(role(index).precedence, PrimitiveId::world(index));
+    // The same for both of a pair, so that each of them finds the other.
+    let slack = error.max(most_error(mesh));
+    let of_triangle = |a: u32| {
+        let mut found = Vec::new();
+        let triangle = mesh.triangle(a);
+        if triangle.is_degenerate() {
+            return found;
+        }
+        let face = Face::in_mesh(triangle, error);
+        let flow = tree.within(&Region::of_face(face.corners, face.normal, slack), &mut |within| {
+            let Within::Triangle { index, triangle } = within else { return ControlFlow::Continue(()) };
+            // Neighbours touch: most are done with here.
+            let corners = triangle.corners().map(|p| p.as_dvec3());
+            if index != a
+                && !face.touches(&corners, face.error)
+                && compete(role(a), role(index))
+                && let Some(bounds) = Face::in_mesh(triangle, error).overlap(&face)
+            {
+                found.push((a, (rank(index) < rank(a)).then_some(bounds)));
+            }
+            if found.len() > MOST_LISTED { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+        });
+        if flow.is_break() { vec![(a, Some(EVERYWHERE))] } else { found }
+    };
+    (0..mesh.len()).into_par_iter().flat_map_iter(of_triangle).collect()
+}
+
+/// A triangle in f64, to be held against others.
+struct Face {
+    corners: [DVec3; 3],
+    normal: DVec3,
+    /// A point of each edge, and the unit vector in the plane that points from there across the triangle.
+    sides: [(DVec3, DVec3); 3],
+    /// A bound on the error of its plane.
+    error: f64,
+}
+
+impl Face {
+    /// Where triangles overlap by less than so many errors, they only touch.
+    const TOUCHING: f64 = 4.0;
+
+    fn of(corners: [DVec3; 3], error: f32) -> Self {
+        let [a, b, c] = corners;
+        let normal = (b - a).cross(c - a).normalize_or_zero();
+        let sides = [(a, b), (b, c), (c, a)].map(|(p, q)| (p, normal.cross(q - p).normalize_or_zero()));
+        Self { corners, normal, sides, error: f64::from(error) }
+    }
+
+    /// In the mesh's own space, with the error of its surfaces or a larger one.
+    fn in_mesh(triangle: Triangle, error: f32) -> Self {
+        let corners = triangle.corners();
+        let size = corners.iter().map(|p| p.abs().max_element()).fold(0.0, f32::max);
+        let mut face = Self::of(corners.map(|p| p.as_dvec3()), 0.0);
+        let normal = face.normal.abs().element_sum();
+        face.error = f64::from(error).max(f64::from(OFFSET * Mesh::error_at_most(size)) * normal);
+        face
+    }
+
+    /// A box around where the two overlap, if they do and are no further apart than the larger error wherever they do.
+    fn overlap(&self, other: &Self) -> Option<Bounds> {
+        let error = self.error.max(other.error);
+        if self.normal.dot(other.normal).abs() < f64::from(PARALLEL)
+            || self.touches(&other.corners, error)
+            || other.touches(&self.corners, error)
+        {
+            return None;
+        }
+        // The overlap: the other one, cut by the planes through the edges of this one (Sutherland & Hodgman 1974).
+        let mut overlap = other.corners.to_vec();
+        for (start, inward) in self.sides {
+            let side = |p: DVec3| inward.dot(p - start);
+            let mut cut = Vec::with_capacity(overlap.len() + 1);
+            for (i, &p) in overlap.iter().enumerate() {
+                let q = overlap[(i + 1) % overlap.len()];
+                let (at_p, at_q) = (side(p), side(q));
+                if at_p >= 0.0 {
+                    cut.push(p);
+                }
+                if (at_p < 0.0) != (at_q < 0.0) {
+                    cut.push(p.lerp(q, at_p / (at_p - at_q)));
+                }
+            }
+            overlap = cut;
+        }
+        let apart = |p: &DVec3| self.normal.dot(*p - self.corners[0]).abs();
+        let near = overlap.iter().all(|p| apart(p) <= error);
+        let bounds = overlap.iter().map(|p| Bounds { min: p.as_vec3(), max: p.as_vec3() }).reduce(Bounds::union);
+        bounds.filter(|_| near)
+    }
+
+    /// Whether another triangle is outside of one of this one's edges, or reaches no further inside than roundings do.
+    fn touches(&self, corners: &[DVec3; 3], error: f64) -> bool {
+        self.sides
+            .iter()
+            .any(|(start, inward)| corners.iter().all(|p| inward.dot(*p - start) <= Self::TOUCHING * error))
+    }
+}
