@@ -210,10 +210,12 @@ impl Integrator {
             sink.lost_to_sides(camera.take_lost_to_sides());
             for t in joined + 1..=camera.steps().len() {
                 let prefix = &camera.steps()[..t];
-                for _ in 0..self.evaluated.multiplicity(Strategy { s: 0, t: t as u32 }) {
-                    self.consider(JoinedPath::hit(scene, prefix, raster), 1.0, || Chance(0), sink);
-                }
                 let z = &prefix[t - 1].vertex.point;
+                if z.light.is_some() {
+                    for _ in 0..self.evaluated.multiplicity(Strategy { s: 0, t: t as u32 }) {
+                        self.consider(JoinedPath::hit(scene, prefix, raster), 1.0, || Chance(0), sink);
+                    }
+                }
                 if !z.bsdf.has_continuous() {
                     continue;
                 }
