@@ -115,14 +115,15 @@ impl Sobol {
     }
 }
 
-/// [`sobol_burley::sample_4d`] before it becomes floats, which takes twice as many instructions: it adds the points' bits one by one, and multiplies as the first
-/// processors with 64 bits could. This takes the index with its bits reversed, adds four bits at once, and is compiled for the processor's own instructions.
+/// [`sobol_burley::sample_4d`] before it becomes floats, which takes twice as many instructions: it adds the points' bits one by one, and
+/// multiplies as the first processors with 64 bits could. This takes the index with its bits reversed, adds four bits at once, and is
+/// compiled for the processor's own instructions.
 #[inline(always)]
 fn sample_4d(reversed: u32, set: u32, seed: u32) -> [u32; 4] {
     let shuffled = owen_scramble_rev(reversed, hash(seed ^ 0x79c6_8e4a));
     let [a, b, c, d] = &POINTS[set as usize];
     let bits = |from: u32| (shuffled >> from) as usize % 16;
-    // References: copies of arrays are halves of 64 bits to the compiler, which it then computes apart.
+    // References: copies of the arrays would go through memory.
     let (a, b, c, d) = (&a[bits(28)], &b[bits(24)], &c[bits(20)], &d[bits(16)]);
     let salt = set ^ seed.wrapping_mul(0x9c8f_2d3b);
     // A loop, because closures of the standard library's arrays are not compiled for the processor's own instructions.

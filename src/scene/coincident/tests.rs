@@ -258,7 +258,7 @@ fn instances_that_touch_coincide() {
     assert_eq!(trace(&scene_of(g), -1.0).material.0, LAMP);
 }
 
-/// Ten thousand cards on top of each other: what coincides is marked and not listed.
+/// Ten thousand cards on top of each other: a triangle with too many boxes counts as hidden everywhere.
 #[test]
 fn many_coincident_surfaces_take_little_time() {
     let mut r = StdRng::seed_from_u64(5);

@@ -51,10 +51,9 @@ pub struct Plane {
 pub(super) struct Coincident {
     /// By material.
     roles: Vec<Role>,
-    /// Of the world.
+    /// Where triangles of the world are hidden. Those of instances have several places, and may be hidden everywhere if they are
+    /// somewhere.
     world: Hidden,
-    /// By mesh, in any of its places.
-    meshes: Vec<Hidden>,
     /// No two coincident surfaces are further apart, m.
     reach: f32,
 }
@@ -70,19 +69,11 @@ pub(super) enum Sharing {
     Hidden,
 }
 
-/// Of the triangles of the world, or of a mesh, that are hidden somewhere: by triangle, boxes in world space around all places where they
-/// may be.
+/// Of the world's triangles that are hidden somewhere: by triangle, boxes around all places where they may be.
 #[derive(Clone, Debug)]
 struct Hidden(Vec<(u32, Bounds)>);
 
 impl Hidden {
-    fn new(mut boxes: Vec<(u32, Bounds)>) -> Self {
-        boxes.sort_by_key(|(index, _)| *index);
-        // The two halves of a rectangle have the same box.
-        boxes.dedup_by(|(i, a), (j, b)| i == j && b.union(*a) == *b);
-        Self(boxes)
-    }
-
     fn may_be_at(&self, index: u32, p: Vec3) -> bool {
         let start = self.0.partition_point(|(i, _)| *i < index);
         let own = self.0[start..].iter().take_while(|(i, _)| *i == index);
@@ -121,13 +112,10 @@ impl Geometry {
     /// Whether another surface that coincides with this primitive at `position` may come before it.
     #[inline(never)]
     pub fn may_be_hidden_at(&self, primitive: PrimitiveId, position: Vec3) -> bool {
-        let Some(found) = &self.coincident else { return false };
-        match primitive.instance() {
-            None => found.world.may_be_at(primitive.index, position),
-            Some(number) => {
-                let mesh = self.instances[number as usize].mesh;
-                found.meshes[mesh as usize].may_be_at(primitive.index, position)
-            }
+        match (&self.coincident, primitive.instance()) {
+            (None, _) => false,
+            (Some(found), None) => found.world.may_be_at(primitive.index, position),
+            (Some(_), Some(_)) => self.may_be_hidden(primitive),
         }
     }
 

@@ -7,7 +7,7 @@ use rayon::prelude::*;
 
 use super::{
     super::{
-        Instance, Mesh,
+        Instance, InstancedMesh, Mesh,
         bvh::Tree,
         region::{Region, Within},
         triangle::Triangle,
@@ -15,24 +15,36 @@ use super::{
     Bounds, Coincident, Geometry, Hidden, MARGIN, OFFSET, PARALLEL, PrimitiveId, Rank, Role, Sharing, compete,
 };
 
-/// How many triangles may be compared to find what coincides among large instances, some seconds' worth. What is not compared counts as
-/// coincident everywhere, which costs time and changes nothing else.
+/// How many pairs of triangles may be compared among instances, and of instances with the world: some seconds' worth of each. What is
+/// not compared counts as coincident everywhere, which costs time and changes nothing else.
 const MOST_COMPARED: u64 = 1 << 25;
-/// How many others are listed of those that one triangle coincides with. With more, it counts as coincident everywhere.
-const MOST_LISTED: usize = 64;
-/// A box for what is not known better, and for the triangles of instances, which have several places.
+/// How many boxes a triangle may have. With more, it counts as hidden everywhere.
+const MOST_BOXES: usize = 64;
+/// A box for what is not known better.
 const EVERYWHERE: Bounds = Bounds { min: Vec3::NEG_INFINITY, max: Vec3::INFINITY };
 
 /// A triangle that overlaps others, and a box around where one comes before it, if one does.
-type Found<Id> = (Id, Option<Bounds>);
+type Found = (u32, Option<Bounds>);
 
 /// What was found so far.
 struct Search<'a> {
     roles: &'a [Role],
-    world: Vec<Found<u32>>,
-    meshes: Vec<Vec<Found<u32>>>,
     reach: f32,
+    world: Vec<Found>,
+    /// By mesh.
+    meshes: Vec<Meshwide>,
+    /// How many pairs were compared of instances with the world.
+    compared_with_world: u64,
+    /// And among instances.
     compared: u64,
+}
+
+/// What was found of a mesh, in any of its places.
+struct Meshwide {
+    /// By triangle.
+    sharing: Vec<Sharing>,
+    /// Whether not all was compared.
+    is_cut_short: bool,
 }
 
 /// An instance with its tree.
@@ -52,33 +64,47 @@ impl Geometry {
         let Some(tree) = self.tree() else { return };
         let mut search = Search {
             roles: &roles,
-            world: overlaps_within(&self.world, tree, 0.0, &roles),
-            meshes: Vec::new(),
             reach: self.reach(),
+            world: overlaps_within(&self.world, tree, 0.0, &roles),
+            meshes: (0..).zip(&self.meshes).map(|(number, m)| self.search_within(number, m, &roles)).collect(),
+            compared_with_world: 0,
             compared: 0,
         };
-        for (number, m) in (0..).zip(&self.meshes) {
-            // Where it is placed, roundings of the world's coordinates come on top of its own.
-            let placed = self.instances.iter().filter(|i| i.mesh == number);
-            let placed = placed.filter_map(|i| Some(i.placement.shrinking() * f64::from(self.instance_error(i)?)));
-            let error = placed.fold(0.0, f64::max) as f32;
-            let overlaps = m.tree.as_ref().map(|tree| overlaps_within(&m.mesh, tree, error, &roles));
-            let somewhere = |(index, bounds): Found<u32>| (index, bounds.map(|_| EVERYWHERE));
-            search.meshes.push(overlaps.unwrap_or_default().into_iter().map(somewhere).collect());
-        }
         (0..self.instance_count()).for_each(|number| self.search_around(number, &mut search));
-        let Search { world, meshes, reach, .. } = search;
-        if world.is_empty() && meshes.iter().all(Vec::is_empty) {
+        let Search { mut world, mut meshes, reach, compared_with_world, .. } = search;
+        if compared_with_world > MOST_COMPARED {
+            world = (0..self.world.len()).map(|index| (index, Some(EVERYWHERE))).collect();
+        }
+        meshes.iter_mut().filter(|m| m.is_cut_short).for_each(|m| m.sharing.fill(Sharing::Hidden));
+        if world.is_empty() && meshes.iter().flat_map(|m| &m.sharing).all(|s| *s == Sharing::Alone) {
             self.coincident = None;
             return;
+        }
+        for (index, bounds) in &world {
+            self.world.shares(*index, sharing(*bounds));
+        }
+        for (m, found) in self.meshes.iter_mut().zip(meshes) {
+            (0..).zip(found.sharing).for_each(|(index, sharing)| m.mesh.shares(index, sharing));
         }
         // Positions lie within `reach` of where the search has them.
         let around = 2.0 * reach;
         let grown = |b: Bounds| Bounds { min: b.min - around, max: b.max + around };
-        let world = world.into_iter().map(|(index, bounds)| (index, bounds.map(grown))).collect();
-        let world = note(&mut self.world, world);
-        let meshes = self.meshes.iter_mut().zip(meshes).map(|(m, found)| note(&mut m.mesh, found)).collect();
-        self.coincident = Some(Box::new(Coincident { roles, world, meshes, reach }));
+        let boxes = world.into_iter().filter_map(|(index, bounds)| Some((index, grown(bounds?)))).collect();
+        self.coincident = Some(Box::new(Coincident { roles, world: Hidden::new(boxes), reach }));
+    }
+
+    /// Finds what coincides within a mesh that instances place.
+    fn search_within(&self, number: u32, m: &InstancedMesh, roles: &[Role]) -> Meshwide {
+        let mut sharing = vec![Sharing::Alone; m.mesh.len() as usize];
+        if let Some(tree) = &m.tree {
+            // Where it is placed, roundings of the world's coordinates come on top of its own.
+            let placed = self.instances.iter().filter(|i| i.mesh == number);
+            let placed = placed.filter_map(|i| Some(i.placement.shrinking() * f64::from(self.instance_error(i)?)));
+            for found in overlaps_within(&m.mesh, tree, placed.fold(0.0, f64::max) as f32, roles) {
+                note(&mut sharing, found);
+            }
+        }
+        Meshwide { sharing, is_cut_short: false }
     }
 
     /// A bound on what [`Self::is_in`] allows for.
@@ -98,44 +124,64 @@ impl Geometry {
     fn search_around(&self, number: u32, search: &mut Search<'_>) {
         let (Some(placed), Some(world)) = (self.placed(number), &self.tree) else { return };
         let mut others = Vec::new();
-        let mut found = Vec::new();
         let around = Region::around(placed.instance.bounds, search.reach);
         let _ = world.within(&around, &mut |within| {
             match within {
-                Within::Triangle { index, .. } => {
-                    let id = PrimitiveId::world(index);
-                    let corners = self.world.triangle(index).corners().map(|p| p.as_dvec3());
-                    self.compare(&Face::of(corners, self.plane_error(id)), id, &placed, search, &mut found);
-                }
+                Within::Triangle { index, .. } => self.compare_with_world(index, &placed, search),
                 Within::Instance { number: other } if other > number => others.push(other),
                 Within::Instance { .. } => {}
             }
             ControlFlow::Continue(())
         });
-        for other in others.into_iter().filter_map(|other| self.placed(other)) {
-            if search.compared > MOST_COMPARED {
-                for p in [&placed, &other] {
-                    let all = (0..p.mesh.len()).map(|index| (index, Some(EVERYWHERE)));
-                    search.meshes[p.instance.mesh as usize] = all.collect();
-                }
-                continue;
+        others.into_iter().filter_map(|other| self.placed(other)).for_each(|other| {
+            self.compare_instances(&placed, &other, search);
+        });
+    }
+
+    /// Notes what coincides of a triangle of the world and the triangles of an instance.
+    fn compare_with_world(&self, index: u32, placed: &Placed<'_>, search: &mut Search<'_>) {
+        if search.compared_with_world > MOST_COMPARED {
+            search.meshes[placed.instance.mesh as usize].is_cut_short = true;
+            return;
+        }
+        let id = PrimitiveId::world(index);
+        let corners = self.world.triangle(index).corners().map(|p| p.as_dvec3());
+        let mut boxes = Vec::new();
+        let of_mesh = &mut search.meshes[placed.instance.mesh as usize].sharing;
+        search.compared_with_world += self.overlaps(corners, id, placed, search.reach, search.roles, |overlap| {
+            note(of_mesh, (overlap.index, overlap.is_later.then_some(EVERYWHERE)));
+            if boxes.len() <= MOST_BOXES {
+                boxes.push((index, (!overlap.is_later).then_some(overlap.bounds)));
             }
-            let common = other.instance.region_of_box(placed.instance.bounds, search.reach);
-            let _ = other.tree.within(&common, &mut |within| {
-                let Within::Triangle { index, .. } = within else { return ControlFlow::Continue(()) };
-                let id = PrimitiveId::of(other.number, index);
-                let corners = other.mesh.triangle(index).corners().map(|p| other.instance.in_world(p));
-                search.compared += 1;
-                self.compare(&Face::of(corners, self.plane_error(id)), id, &placed, search, &mut found);
-                ControlFlow::Continue(())
+        });
+        // One more box than may be stands for all.
+        search.world.extend(boxes);
+    }
+
+    /// Notes what coincides of the triangles of two instances.
+    fn compare_instances(&self, placed: &Placed<'_>, other: &Placed<'_>, search: &mut Search<'_>) {
+        if search.compared > MOST_COMPARED {
+            [placed, other].iter().for_each(|p| search.meshes[p.instance.mesh as usize].is_cut_short = true);
+            return;
+        }
+        let common = other.instance.region_of_box(placed.instance.bounds, search.reach);
+        let _ = other.tree.within(&common, &mut |within| {
+            let Within::Triangle { index, .. } = within else { return ControlFlow::Continue(()) };
+            let id = PrimitiveId::of(other.number, index);
+            let corners = other.mesh.triangle(index).corners().map(|p| other.instance.in_world(p));
+            let mut meets = false;
+            let of_mesh = &mut search.meshes[placed.instance.mesh as usize].sharing;
+            // The order of two instances is not that of all places of their meshes: each may be hidden.
+            search.compared += 1;
+            search.compared += self.overlaps(corners, id, placed, search.reach, search.roles, |overlap| {
+                note(of_mesh, (overlap.index, Some(EVERYWHERE)));
+                meets = true;
             });
-        }
-        for (id, bounds) in found {
-            match id.instance() {
-                None => search.world.push((id.index, bounds)),
-                Some(n) => search.meshes[self.instances[n as usize].mesh as usize].push((id.index, bounds)),
+            if meets {
+                note(&mut search.meshes[other.instance.mesh as usize].sharing, (index, Some(EVERYWHERE)));
             }
-        }
+            ControlFlow::Continue(())
+        });
     }
 
     /// Instance `number`, if there is anything to meet.
@@ -144,44 +190,72 @@ impl Geometry {
         Some(Placed { number, instance, mesh, tree: self.meshes[instance.mesh as usize].tree.as_ref()? })
     }
 
-    /// Adds `face` and the triangles of an instance that coincide with it to `found`.
-    fn compare(
+    /// Calls `visit` with the triangles of an instance that overlap the triangle `id` with these corners; returns how many it compared.
+    fn overlaps(
         &self,
-        face: &Face,
+        corners: [DVec3; 3],
         id: PrimitiveId,
         placed: &Placed<'_>,
-        search: &mut Search<'_>,
-        found: &mut Vec<Found<PrimitiveId>>,
-    ) {
-        let role = search.roles[self.material(id).0 as usize];
-        let region = placed.instance.region_of_face(face.corners, search.reach);
+        reach: f32,
+        roles: &[Role],
+        mut visit: impl FnMut(Overlap),
+    ) -> u64 {
+        let role = roles[self.material(id).0 as usize];
+        let face = Face::of(corners, self.plane_error(id));
+        let mut compared = 0;
+        let region = placed.instance.region_of_face(corners, reach);
         let _ = placed.tree.within(&region, &mut |within| {
             let Within::Triangle { index, triangle } = within else { return ControlFlow::Continue(()) };
-            search.compared += 1;
+            compared += 1;
             let other = PrimitiveId::of(placed.number, index);
-            let other_role = search.roles[placed.mesh.material(index).0 as usize];
+            let other_role = roles[placed.mesh.material(index).0 as usize];
             if compete(role, other_role) {
                 let corners = triangle.corners().map(|p| placed.instance.in_world(p));
-                if let Some(bounds) = Face::of(corners, self.plane_error(other)).overlap(face) {
-                    // The order of two instances is not that of all places of their meshes.
-                    let either = id.instance().is_some();
-                    let other_first = Rank(other_role.precedence, other) < Rank(role.precedence, id);
-                    let own_bounds = if id.instance().is_some() { EVERYWHERE } else { bounds };
-                    found.push((id, (either || other_first).then_some(own_bounds)));
-                    found.push((other, (either || !other_first).then_some(EVERYWHERE)));
+                if let Some(bounds) = Face::of(corners, self.plane_error(other)).overlap(&face) {
+                    let is_later = Rank(role.precedence, id) < Rank(other_role.precedence, other);
+                    visit(Overlap { index, bounds, is_later });
                 }
             }
             ControlFlow::Continue(())
         });
+        compared
     }
 }
 
-/// Notes what was found of a mesh's triangles with them, and returns where they are hidden.
-fn note(mesh: &mut Mesh, found: Vec<Found<u32>>) -> Hidden {
-    for (index, bounds) in &found {
-        mesh.shares(*index, if bounds.is_some() { Sharing::Hidden } else { Sharing::First });
+/// A triangle of an instance that overlaps another one.
+struct Overlap {
+    index: u32,
+    /// A box around where they overlap.
+    bounds: Bounds,
+    /// Whether the other one comes first.
+    is_later: bool,
+}
+
+/// What a triangle's box says of it.
+fn sharing(hidden: Option<Bounds>) -> Sharing {
+    if hidden.is_some() { Sharing::Hidden } else { Sharing::First }
+}
+
+/// Notes what was found of a triangle in what is known of its mesh.
+fn note(mesh: &mut [Sharing], (index, hidden): Found) {
+    let known = &mut mesh[index as usize];
+    *known = (*known).max(sharing(hidden));
+}
+
+impl Hidden {
+    fn new(mut boxes: Vec<(u32, Bounds)>) -> Self {
+        boxes.sort_by_key(|(index, _)| *index);
+        // The two halves of a rectangle have the same box.
+        boxes.dedup_by(|(i, a), (j, b)| i == j && b.union(*a) == *b);
+        let mut kept = Vec::with_capacity(boxes.len());
+        for of_one in boxes.chunk_by(|(i, _), (j, _)| i == j) {
+            match of_one {
+                [(index, _), ..] if of_one.len() > MOST_BOXES => kept.push((*index, EVERYWHERE)),
+                few => kept.extend(few),
+            }
+        }
+        Self(kept)
     }
-    Hidden::new(found.into_iter().filter_map(|(index, bounds)| Some((index, bounds?))).collect())
 }
 
 /// A bound on the error of every triangle's plane.
@@ -191,7 +265,7 @@ fn most_error(mesh: &Mesh) -> f32 {
 }
 
 /// The triangles of a mesh that coincide with others of it, with boxes in the mesh's space. Planes have at least the error `error`.
-fn overlaps_within(mesh: &Mesh, tree: &Tree, error: f32, roles: &[Role]) -> Vec<Found<u32>> {
+fn overlaps_within(mesh: &Mesh, tree: &Tree, error: f32, roles: &[Role]) -> Vec<Found> {
     let role = |index: u32| roles[mesh.material(index).0 as usize];
     // Of triangles of one instance, ids have the order of the mesh.
     let rank = |index: u32| Rank(role(index).precedence, PrimitiveId::world(index));
@@ -215,7 +289,7 @@ fn overlaps_within(mesh: &Mesh, tree: &Tree, error: f32, roles: &[Role]) -> Vec<
             {
                 found.push((a, (rank(index) < rank(a)).then_some(bounds)));
             }
-            if found.len() > MOST_LISTED { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+            if found.len() > MOST_BOXES { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
         });
         if flow.is_break() { vec![(a, Some(EVERYWHERE))] } else { found }
     };
