@@ -32,7 +32,7 @@ use self::{
 use crate::{
     film::{Coverage, Crop, Film, FixedPoint, Half, Sums},
     instructions::Instructions,
-    integrator::{Connects, Integrator, IntegratorKind, LightHalf, Samplers, Scratch, Sink, Splats},
+    integrator::{Connects, Integrator, LightHalf, Samplers, Scratch, Sink, Splats},
     layers::Layers,
     path::Technique,
     sampling::{Block, Independent, Sampler, SamplerKind, Sobol},
@@ -71,13 +71,8 @@ impl<'a> Renderer<'a> {
     /// If the crop does not fit the camera's sensor, or the sensor has too little padding for the filter.
     pub fn new(scene: &'a Scene, settings: &'a Settings) -> Self {
         let sensor = scene.camera.sensor();
-        let Settings { integrator: kind, max_depth, roulette, .. } = *settings;
-        let mut integrator = match kind {
-            IntegratorKind::PathHemisphere => {
-                Integrator::path_hemisphere(sensor, max_depth, roulette, settings.hemisphere)
-            }
-            kind => Integrator::new(kind, sensor, max_depth, roulette),
-        };
+        let mut integrator = Integrator::new(settings.integrator, sensor, settings.max_depth, settings.roulette)
+            .with_directions(settings.hemisphere);
         if settings.light_samples != 1 {
             integrator = integrator.with_light_samples(settings.light_samples);
         }

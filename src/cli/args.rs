@@ -43,8 +43,7 @@ pub(super) struct RenderArgs {
     #[arg(short, long, value_name = "OUT")]
     pub(super) output: Vec<PathBuf>,
 
-    /// Path tracing, light tracing, both in one, bidirectional path tracing; or as the lecture begins: by directions alone
-    /// (path-hemisphere), by the lights' area without MIS (path-light), every vertex by area (area, up to 4 edges)
+    /// How paths are sampled
     #[arg(short, long, value_name = "NAME", default_value = "bdpt", value_parser = values::integrator())]
     pub(super) integrator: IntegratorKind,
 
@@ -323,7 +322,7 @@ pub(super) struct PathArgs {
     pub(super) max_depth: u32,
 
     /// Russian roulette from this number of edges on, or 'off': by what a step keeps (reflectance:DEPTH, or DEPTH alone), or by what the path
-    /// has kept so far (throughput:DEPTH) [default: 2 with -i hybrid and bdpt, else 4; verify: 4]
+    /// has kept so far (throughput:DEPTH) [default: 2 where light paths are connected as well, else 4; verify: 4]
     #[arg(long, value_name = "off|DEPTH", value_parser = values::roulette)]
     pub(super) roulette: Option<Roulette>,
 

@@ -1,7 +1,6 @@
 //! Why no light arrived in an image that is black all over.
 
 use crate::{
-    integrator::IntegratorKind,
     render::{Renderer, Settings},
     scene::Scene,
 };
@@ -31,7 +30,7 @@ impl Black<'_> {
             format!("no path that --paths '{kept}' keeps was found")
         } else if let Some((strategy, _)) = settings.only {
             format!("the strategy ({},{}) alone found no path", strategy.s, strategy.t)
-        } else if settings.integrator == IntegratorKind::Light {
+        } else if settings.integrator.has(|x| x.t == 1) && !settings.integrator.has(|x| x.t >= 2) {
             let bounds = scene.geometry().bounds();
             let size = bounds.map_or(0.0, |b| (b.max - b.min).length());
             let lost =

@@ -28,9 +28,9 @@ use super::{
 };
 use crate::{
     film::{Contents, Coverage, Crop, Exposure, Film, Header},
-    integrator::{IntegratorKind, Weighting},
+    integrator::Weighting,
     layers::{Expression, PathClasses},
-    path::{JoinedPath, Strategy},
+    path::{Heuristic, JoinedPath, Strategy},
     render::{Background, Renderer, Settings},
     scene::{Scene, camera::Sensor, light::LightChoice},
 };
@@ -56,7 +56,7 @@ pub(super) fn run(args: &RenderArgs) -> Result<Exit, Failure> {
     let terminal = Terminal::new(args.verbosity.verbosity());
     let interrupt = Interrupt::watch().map_err(|error| Failure::usage(format!("cannot watch for signals: {error}")))?;
     let only = only(args)?;
-    if args.hemisphere.is_some() && args.integrator != IntegratorKind::PathHemisphere {
+    if args.hemisphere.is_some() && args.integrator.has(|x| x.s > 0) {
         let name = args.integrator;
         return Err(Failure::usage(format!("--hemisphere says how -i path-hemisphere samples, and this is -i {name}")));
     }
@@ -203,31 +203,33 @@ fn kept(args: &RenderArgs, scene: &Scene) -> Result<Option<(String, PathClasses)
 
 /// Refuses options that the integrator has no use for: somebody expects something of them.
 fn refuse_needless(args: &RenderArgs) -> Result<(), Failure> {
-    use IntegratorKind::{Area, Bdpt, Light, PathHemisphere};
-    let name = args.integrator;
-    let none = |what: &str| Err(Failure::usage(format!("-i {name} {what}")));
-    if args.splits.is_some() && matches!(name, Light | Area) {
+    let kind = args.integrator;
+    let none = |what: &str| Err(Failure::usage(format!("-i {kind} {what}")));
+    let by_area = !kind.has_strategies();
+    let walks_from_camera = kind.has(|x| x.t >= 2);
+    let samples_lights = kind.has(|x| x.s == 1 && x.t >= 2);
+    if args.splits.is_some() && !walks_from_camera {
         return none("walks no paths from the camera that --splits could split");
     }
-    if (args.light_samples.is_some() || args.paths.lights.is_some()) && matches!(name, Light | PathHemisphere) {
-        return none("samples no lights at the vertices of a path: --light-samples and --lights are for others");
-    }
-    if args.light_samples.is_some() && name == Area {
+    if args.light_samples.is_some() && by_area {
         return none("takes one sample of each length of paths: --light-samples is for others");
     }
-    if args.connection_roulette.is_some() && matches!(name, PathHemisphere | Area) {
+    if (args.light_samples.is_some() || args.paths.lights.is_some()) && !samples_lights && !by_area {
+        return none("samples no lights at the vertices of a path: --light-samples and --lights are for others");
+    }
+    if args.connection_roulette.is_some() && !kind.has(|x| x.s >= 1) {
         return none("has no connections that --connection-roulette could end");
     }
-    if name == Area && matches!(args.paths.lights, Some(LightChoice::All | LightChoice::Tree)) {
+    if by_area && matches!(args.paths.lights, Some(LightChoice::All | LightChoice::Tree)) {
         return none("draws points of all emitters: --lights uniform or power");
     }
-    if args.light_paths.is_some() && (name == Area || !name.traces_from_lights()) {
+    if args.light_paths.is_some() && !kind.has(|x| x.t == 1 || x.s >= 2) {
         return none("walks no paths from lights that --light-paths could count");
     }
-    if args.light_vertices.is_some() && name != Bdpt {
+    if args.light_vertices.is_some() && !kind.has(|x| x.s >= 2 && x.t >= 2) {
         return none("connects no vertices of light paths that --light-vertices could choose");
     }
-    if args.rays.is_some() && matches!(name, Light | Area) {
+    if args.rays.is_some() && !walks_from_camera {
         return none("has no rays at the first surface that --rays could count");
     }
     Ok(())
@@ -274,7 +276,7 @@ fn wanted(args: &RenderArgs) -> Wanted {
 
 fn only(args: &RenderArgs) -> Result<Option<(Strategy, Weighting)>, Failure> {
     let Some(strategy) = args.only_strategy else { return Ok(None) };
-    if args.integrator == IntegratorKind::Area {
+    if !args.integrator.has_strategies() {
         return Err(Failure::usage(
             "area sampling has no strategies (s,t): leave --only-strategy out, or choose -i bdpt",
         ));
@@ -324,8 +326,9 @@ fn crop(args: &RenderArgs, sensor: Sensor) -> Result<Crop, Failure> {
 }
 
 fn settings(args: &RenderArgs, crop: Crop, only: Option<(Strategy, Weighting)>) -> Settings {
-    let samples_lights = args.integrator != IntegratorKind::PathHemisphere;
-    let follows_directions = args.integrator != IntegratorKind::PathLight;
+    let samples_lights = args.integrator.has(|x| x.s == 1 && x.t >= 2);
+    // Without MIS, next-event samples alone count for direct light: splitting adds none.
+    let follows_directions = args.integrator.description().heuristic != Heuristic::FirstSupported;
     Settings {
         integrator: args.integrator,
         hemisphere: args.hemisphere.unwrap_or_default(),

@@ -2,7 +2,7 @@
 
 use std::{ops::Range, time::Duration};
 
-use clap::builder::{PossibleValuesParser, TypedValueParser};
+use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use glam::DVec3;
 
 use super::progress::Style;
@@ -72,14 +72,17 @@ impl Preset {
 }
 
 pub(super) fn integrator() -> impl TypedValueParser<Value = IntegratorKind> {
-    PossibleValuesParser::new(IntegratorKind::ALL.map(IntegratorKind::name))
-        .try_map(|name| name.parse::<IntegratorKind>())
+    one_of(IntegratorKind::ALL.into_iter())
 }
 
 /// The integrators that `verify` can compare: those that sample the whole integral, whatever the length of a path.
 pub(super) fn comparable() -> impl TypedValueParser<Value = IntegratorKind> {
-    let comparable = IntegratorKind::ALL.into_iter().filter(|kind| *kind != IntegratorKind::Area);
-    PossibleValuesParser::new(comparable.map(IntegratorKind::name)).try_map(|name| name.parse::<IntegratorKind>())
+    one_of(IntegratorKind::ALL.into_iter().filter(|kind| kind.has_strategies()))
+}
+
+fn one_of(kinds: impl Iterator<Item = IntegratorKind>) -> impl TypedValueParser<Value = IntegratorKind> {
+    let described = kinds.map(|kind| PossibleValue::new(kind.name()).help(kind.description().what));
+    PossibleValuesParser::new(described).try_map(|name| name.parse::<IntegratorKind>())
 }
 
 pub(super) fn directions() -> impl TypedValueParser<Value = Directions> {

@@ -5,17 +5,26 @@
 //! weights use. Where surfaces touch, its variance is infinite (∫G² diverges): compare it in scenes whose surfaces do not.
 //! As the definition does, it takes memory for each path.
 
+use super::description::{Description, Landing, LightSampling, Table};
 use crate::{
-    path::{Edge, JoinedPath, Path, Step, Vertex},
-    sampling::{Block, Sampler},
+    path::{Edge, Heuristic, JoinedPath, Path, Roulette, Step, Vertex},
+    sampling::{Block, Sampler, SamplerKind},
     scene::Scene,
 };
 
-/// The name on the command line.
-pub const NAME: &str = "area";
-
-/// What the table can sample at all.
-pub const COVERAGE: &str = "paths of at most four edges from emitting surfaces without a specular vertex; other lights stay dark, and mirrors and glass black";
+/// What it is.
+pub const DESCRIPTION: Description = Description {
+    name: "area",
+    what: "Area sampling: every vertex is drawn on its own.",
+    coverage: "paths of at most four edges from emitting surfaces without a specular vertex; other lights stay dark, and mirrors and glass black",
+    table: Table::Area,
+    heuristic: Heuristic::Power,
+    roulette: Roulette::FromDepth(4),
+    sampler: SamplerKind::Independent,
+    light_sampling: LightSampling::Power,
+    landing: Landing::Anywhere,
+    longest_path: MAX_EDGES,
+};
 
 /// The longest paths, in edges. Each edge multiplies the variance.
 pub const MAX_EDGES: u32 = 4;

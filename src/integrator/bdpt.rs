@@ -1,15 +1,21 @@
 //! Bidirectional path tracing (Veach & Guibas 1994; Lafortune & Willems 1993): every strategy with t ≥ 1.
 
-use crate::path::Strategy;
+use super::description::{Description, Landing, LightSampling, Table};
+use crate::{
+    path::{Heuristic, Roulette},
+    sampling::SamplerKind,
+};
 
-/// The name on the command line.
-pub const NAME: &str = "bdpt";
-
-/// What the table can sample at all.
-pub const COVERAGE: &str =
-    "every path with two neighbouring vertices that are not specular, or whose light has an extent";
-
-/// m_{s,t} of the table.
-pub fn multiplicity(strategy: Strategy) -> u32 {
-    u32::from(strategy.t >= 1)
-}
+/// What it is.
+pub const DESCRIPTION: Description = Description {
+    name: "bdpt",
+    what: "Bidirectional path tracing: every connection of a camera path and a light path, weighted by MIS.",
+    coverage: "every path with two neighbouring vertices that are not specular, or whose light has an extent",
+    table: Table::Strategies(|x| u32::from(x.t >= 1)),
+    heuristic: Heuristic::Power,
+    roulette: Roulette::FromDepth(2),
+    sampler: SamplerKind::Sobol,
+    light_sampling: LightSampling::Suitable,
+    landing: Landing::Anywhere,
+    longest_path: u32::MAX,
+};

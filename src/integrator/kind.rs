@@ -1,130 +1,112 @@
-//! The integrators that a person can choose, and what each is best used with.
+//! What a person can choose: each integrator's name, and what its [`Description`] says.
 
 use std::{fmt, str::FromStr};
 
-use super::{area, bdpt, hybrid, light, path, path_hemisphere, path_light};
+use super::{
+    IntegratorKind,
+    description::{Description, Gap, Landing, LightSampling, Table},
+};
 use crate::{
-    path::{Heuristic, Roulette, Techniques},
+    path::{Heuristic, Roulette, Strategy, Techniques},
     sampling::SamplerKind,
     scene::{
-        bsdf::Directions,
         camera::Sensor,
         light::{LightChoice, Lights},
     },
 };
 
-/// The integrators that a person can choose.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum IntegratorKind {
-    /// Path tracing with next-event estimation: s ≤ 1.
-    Path,
-    /// Light tracing: t = 1.
-    Light,
-    /// Path and light tracing in one, weighted: s ≤ 1 or t = 1.
-    Hybrid,
-    /// Bidirectional path tracing: every strategy with t ≥ 1.
-    Bdpt,
-    /// Directional sampling alone: s = 0.
-    PathHemisphere,
-    /// Next-event estimation without MIS: s = 1, and s = 0 where that has no support.
-    PathLight,
-    /// Every vertex on its own, over the area of the surfaces.
-    Area,
+/// Makes [`IntegratorKind`] of a list of integrators, each with the file that describes it.
+macro_rules! integrators {
+    ($($kind:ident: $file:ident,)*) => {
+        $(mod $file;)*
+
+        /// The integrators that a person can choose, in the order of the documentation.
+        #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+        pub enum IntegratorKind {
+            $(#[doc = concat!("That of `src/integrator/", stringify!($file), ".rs`.")] $kind,)*
+        }
+
+        impl IntegratorKind {
+            /// All of them.
+            pub const ALL: [Self; [$(Self::$kind),*].len()] = [$(Self::$kind),*];
+
+            const DESCRIPTIONS: [&'static Description; Self::ALL.len()] = [$(&$file::DESCRIPTION),*];
+        }
+    };
 }
+pub(super) use integrators;
 
 impl IntegratorKind {
-    /// All of them, in the order of the documentation.
-    pub const ALL: [Self; 7] =
-        [Self::Path, Self::Light, Self::Hybrid, Self::Bdpt, Self::PathHemisphere, Self::PathLight, Self::Area];
+    /// What it says about itself.
+    pub fn description(self) -> &'static Description {
+        Self::DESCRIPTIONS[self as usize]
+    }
 
     /// The name on the command line.
     pub fn name(self) -> &'static str {
-        match self {
-            Self::Path => path::NAME,
-            Self::Light => light::NAME,
-            Self::Hybrid => hybrid::NAME,
-            Self::Bdpt => bdpt::NAME,
-            Self::PathHemisphere => path_hemisphere::NAME,
-            Self::PathLight => path_light::NAME,
-            Self::Area => area::NAME,
-        }
+        self.description().name
     }
 
     /// The class of paths that the integrator's table can sample at all, in a sentence.
     pub fn coverage(self) -> &'static str {
-        match self {
-            Self::Path => path::COVERAGE,
-            Self::Light => light::COVERAGE,
-            Self::Hybrid => hybrid::COVERAGE,
-            Self::Bdpt => bdpt::COVERAGE,
-            Self::PathHemisphere => path_hemisphere::COVERAGE,
-            Self::PathLight => path_light::COVERAGE,
-            Self::Area => area::COVERAGE,
-        }
+        self.description().coverage
     }
 
     /// The longest paths that it finds whatever is asked for, in edges.
     pub fn longest_path(self) -> u32 {
-        match self {
-            Self::Area => area::MAX_EDGES,
-            _ => u32::MAX,
-        }
+        self.description().longest_path
     }
 
-    /// The random numbers that give it the least noise in the same time. Where paths land anywhere on the image, nothing fills a pixel evenly.
+    /// See [`Description::sampler`].
     pub fn sampler(self) -> SamplerKind {
-        match self {
-            Self::Light | Self::Area => SamplerKind::Independent,
-            _ => SamplerKind::Sobol,
-        }
+        self.description().sampler
     }
 
-    /// The roulette that gives it the least noise in the same time: early where a vertex costs many connections and its share of the
-    /// image has other strategies, later where the walk is all there is.
+    /// See [`Description::roulette`].
     pub fn roulette(self) -> Roulette {
-        match self {
-            Self::Hybrid | Self::Bdpt => Roulette::FromDepth(2),
-            _ => Roulette::default(),
-        }
+        self.description().roulette
     }
 
-    /// How it chooses among these lights with the least noise in the same time. Without next-event estimation nothing asks for more
-    /// than the power, by which emission starts.
+    /// How it chooses among these lights with the least noise in the same time.
     pub fn choice_among(self, lights: &Lights) -> LightChoice {
-        match self {
-            Self::Light | Self::PathHemisphere | Self::Area => LightChoice::Power,
-            Self::Path | Self::Hybrid | Self::Bdpt | Self::PathLight => lights.suitable_choice(),
+        match self.description().light_sampling {
+            LightSampling::Power => LightChoice::Power,
+            LightSampling::Suitable => lights.suitable_choice(),
         }
     }
 
     /// Whether a pass finds paths that may land anywhere on the image.
-    pub fn traces_from_lights(self) -> bool {
-        match self {
-            Self::Path | Self::PathHemisphere | Self::PathLight => false,
-            Self::Light | Self::Hybrid | Self::Bdpt | Self::Area => true,
-        }
+    pub fn lands_anywhere(self) -> bool {
+        self.description().landing == Landing::Anywhere
+    }
+
+    /// Whether its table has a strategy that is one of those `wanted`.
+    pub fn has(self, wanted: impl Fn(Strategy) -> bool) -> bool {
+        self.description().table.has(wanted)
+    }
+
+    /// Whether its table does not cover what `gap` says.
+    pub fn lacks(self, gap: Gap) -> bool {
+        self.description().table.lacks(gap)
+    }
+
+    /// Whether it samples the whole integral, up to paths of any length, by strategies (s,t).
+    pub fn has_strategies(self) -> bool {
+        matches!(self.description().table, Table::Strategies(_))
     }
 
     /// Its table.
     pub(super) fn table(self, sensor: Sensor, max_depth: u32) -> Techniques {
-        let multiplicity = match self {
-            Self::Path => path::multiplicity,
-            Self::Light => light::multiplicity,
-            Self::Hybrid => hybrid::multiplicity,
-            Self::Bdpt => bdpt::multiplicity,
-            Self::PathHemisphere => return Techniques::directional(sensor, max_depth, Directions::Bsdf),
-            Self::PathLight => path_light::multiplicity,
-            Self::Area => return Techniques::by_area(sensor, max_depth.min(area::MAX_EDGES)),
-        };
-        Techniques::new(sensor, max_depth, multiplicity)
+        let max_depth = max_depth.min(self.longest_path());
+        match self.description().table {
+            Table::Strategies(multiplicity) => Techniques::new(sensor, max_depth, multiplicity),
+            Table::Area => Techniques::by_area(sensor, max_depth),
+        }
     }
 
     /// The rule that weighs its table.
     pub(super) fn heuristic(self) -> Heuristic {
-        match self {
-            Self::PathLight => Heuristic::FirstSupported,
-            _ => Heuristic::Power,
-        }
+        self.description().heuristic
     }
 }
 
@@ -147,12 +129,13 @@ impl FromStr for IntegratorKind {
 
 #[cfg(test)]
 mod tests {
+    use std::{fs, path::Path};
+
     use glam::Vec3;
 
     use super::*;
     use crate::{
         math::Rgb,
-        path::Strategy,
         scene::{geometry::Geometry, light::Light},
     };
 
@@ -166,5 +149,36 @@ mod tests {
             let expected = if samples_lights { LightChoice::Tree } else { LightChoice::Power };
             assert_eq!(kind.choice_among(&lights), expected, "{kind}");
         }
+    }
+
+    #[test]
+    fn paths_land_anywhere_where_something_reaches_for_the_lens() {
+        for kind in IntegratorKind::ALL {
+            assert_eq!(kind.lands_anywhere(), kind.has(|x| x.t == 1) || !kind.has_strategies(), "{kind}");
+        }
+    }
+
+    /// Nothing but the list and its own file knows an integrator: to add one takes no more.
+    #[test]
+    fn an_integrator_is_its_file_and_a_line() {
+        fn lines_that_name(folder: &Path, names: &[&str], own: &str) -> Vec<String> {
+            let mut found = Vec::new();
+            for entry in fs::read_dir(folder).expect("a folder of sources") {
+                let path = entry.expect("an entry").path();
+                if path.is_dir() {
+                    found.extend(lines_that_name(&path, names, own));
+                } else if !path.ends_with(own) {
+                    let text = fs::read_to_string(&path).expect("text");
+                    let code = text.lines().filter(|line| !line.trim_start().starts_with("//"));
+                    found.extend(code.filter(|line| names.iter().any(|name| line.contains(name))).map(str::to_owned));
+                }
+            }
+            found
+        }
+        let sources = Path::new(env!("CARGO_MANIFEST_DIR")).join("src");
+        // In pieces, so that these lines are not among them.
+        let names = [concat!("Path", "Light"), concat!("path", "_light"), concat!("path", "-light")];
+        let found = lines_that_name(&sources, &names, concat!("path", "_light.rs"));
+        assert_eq!(found, [format!("    {}: {},", names[0], names[1])]);
     }
 }

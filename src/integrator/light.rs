@@ -1,14 +1,21 @@
 //! Light tracing: every vertex of a light subpath is connected to the lens, t = 1 (lecture, *Sum over paths: implications*).
 
-use crate::path::Strategy;
+use super::description::{Description, Landing, LightSampling, Table};
+use crate::{
+    path::{Heuristic, Roulette},
+    sampling::SamplerKind,
+};
 
-/// The name on the command line.
-pub const NAME: &str = "light";
-
-/// What the table can sample at all.
-pub const COVERAGE: &str = "paths whose first surface after the camera scatters continuously, and lights seen directly; what the camera sees in mirrors and glass stays black, and an environment that an orthographic camera sees";
-
-/// m_{s,t} of the table.
-pub fn multiplicity(strategy: Strategy) -> u32 {
-    u32::from(strategy.t == 1)
-}
+/// What it is.
+pub const DESCRIPTION: Description = Description {
+    name: "light",
+    what: "Light tracing: each vertex of a light path is connected to the lens.",
+    coverage: "paths whose first surface after the camera scatters continuously, and lights seen directly; what the camera sees in mirrors and glass stays black, and an environment that an orthographic camera sees",
+    table: Table::Strategies(|x| u32::from(x.t == 1)),
+    heuristic: Heuristic::Power,
+    roulette: Roulette::FromDepth(4),
+    sampler: SamplerKind::Independent,
+    light_sampling: LightSampling::Power,
+    landing: Landing::Anywhere,
+    longest_path: u32::MAX,
+};

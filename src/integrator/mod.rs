@@ -1,19 +1,13 @@
 //! Integrators: each a table of techniques and a weight rule. The estimator is the same for all of them.
 
-mod area;
-mod bdpt;
 mod connection_roulette;
+mod description;
 mod estimator;
-mod hybrid;
 mod kind;
-mod light;
-mod path;
-mod path_hemisphere;
-mod path_light;
 
 pub use connection_roulette::{ConnectionRoulette, RelativeRoulette};
+pub use description::{Description, Gap, Landing, LightSampling, Table};
 pub use estimator::{Connects, LightHalf, Samplers, Scratch, Sink, Splats};
-pub use kind::IntegratorKind;
 
 use self::estimator::connectible;
 use crate::{
@@ -21,6 +15,17 @@ use crate::{
     sampling::{Independent, Sampler, Stream},
     scene::{Scene, bsdf::Directions, camera::Sensor},
 };
+
+// An integrator is a file, with its page and its `DESCRIPTION`, and a line here.
+kind::integrators! {
+    Path: path,
+    Light: light,
+    Hybrid: hybrid,
+    Bdpt: bdpt,
+    PathHemisphere: path_hemisphere,
+    PathLight: path_light,
+    Area: area,
+}
 
 /// How the deposits of a single strategy are weighted.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -49,16 +54,17 @@ impl Integrator {
         Self::from_table(kind.table(sensor, max_depth), kind.heuristic(), roulette)
     }
 
-    /// [`IntegratorKind::PathHemisphere`] with a rule of one's own for directions.
-    pub fn path_hemisphere(sensor: Sensor, max_depth: u32, roulette: Roulette, directions: Directions) -> Self {
-        let table = Techniques::directional(sensor, max_depth, directions);
-        Self::from_table(table, IntegratorKind::PathHemisphere.heuristic(), roulette)
-    }
-
     /// An integrator of one's own.
     pub fn from_table(table: Techniques, heuristic: Heuristic, roulette: Roulette) -> Self {
         let rivals = Rivals::of(&table, heuristic);
         Self { evaluated: table.clone(), weighed: table, heuristic, rivals, roulette, connections: None }
+    }
+
+    /// The same integrator with another rule for the directions of walks from the camera, if all of its strategies are s = 0: others take
+    /// densities of the BSDF's own directions for granted, and stay as they are.
+    #[must_use]
+    pub fn with_directions(self, directions: Directions) -> Self {
+        self.with_tables(|table| table.with_directions(directions))
     }
 
     /// The same integrator with so many next-event samples at each camera vertex: n_{1,t} of the lecture's light-area sampling.

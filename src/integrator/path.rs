@@ -1,15 +1,21 @@
 //! Path tracing with next-event estimation and MIS (lecture, *Path tracing*): s ≤ 1, t ≥ 2.
 
-use crate::path::Strategy;
+use super::description::{Description, Landing, LightSampling, Table};
+use crate::{
+    path::{Heuristic, Roulette},
+    sampling::SamplerKind,
+};
 
-/// The name on the command line.
-pub const NAME: &str = "path";
-
-/// What the table can sample at all.
-pub const COVERAGE: &str =
-    "every path, except those on which a point light, a spot or a sun follows a specular vertex (their caustics)";
-
-/// m_{s,t} of the table.
-pub fn multiplicity(strategy: Strategy) -> u32 {
-    u32::from(strategy.s <= 1 && strategy.t >= 2)
-}
+/// What it is.
+pub const DESCRIPTION: Description = Description {
+    name: "path",
+    what: "Path tracing with next-event estimation, weighted by MIS.",
+    coverage: "every path, except those on which a point light, a spot or a sun follows a specular vertex (their caustics)",
+    table: Table::Strategies(|x| u32::from(x.s <= 1 && x.t >= 2)),
+    heuristic: Heuristic::Power,
+    roulette: Roulette::FromDepth(4),
+    sampler: SamplerKind::Sobol,
+    light_sampling: LightSampling::Suitable,
+    landing: Landing::OwnPixel,
+    longest_path: u32::MAX,
+};

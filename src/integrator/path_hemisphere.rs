@@ -1,8 +1,21 @@
 //! Path tracing without next-event estimation (lecture, *directional sampling*): s = 0. A light counts when the walk hits it.
 
-/// The name on the command line.
-pub const NAME: &str = "path-hemisphere";
+use super::description::{Description, Landing, LightSampling, Table};
+use crate::{
+    path::{Heuristic, Roulette},
+    sampling::SamplerKind,
+};
 
-/// What the table can sample at all.
-pub const COVERAGE: &str =
-    "every path to a light with an extent; point lights, spots and suns are never hit, and stay dark";
+/// What it is.
+pub const DESCRIPTION: Description = Description {
+    name: "path-hemisphere",
+    what: "Path tracing that samples directions alone: a light counts when a path hits it.",
+    coverage: "every path to a light with an extent; point lights, spots and suns are never hit, and stay dark",
+    table: Table::Strategies(|x| u32::from(x.s == 0)),
+    heuristic: Heuristic::Power,
+    roulette: Roulette::FromDepth(4),
+    sampler: SamplerKind::Sobol,
+    light_sampling: LightSampling::Power,
+    landing: Landing::OwnPixel,
+    longest_path: u32::MAX,
+};

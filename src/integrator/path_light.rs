@@ -1,15 +1,25 @@
 //! Path tracing with next-event estimation and without MIS (lecture, *light-area sampling*): s = 1 wherever it has support,
 //! p_{1,t} > 0, and s = 0 for the rest: lights seen directly, in mirrors and through smooth glass.
 
-use crate::path::Strategy;
+use super::{
+    description::{Description, Landing, LightSampling},
+    path,
+};
+use crate::{
+    path::{Heuristic, Roulette},
+    sampling::SamplerKind,
+};
 
-/// The name on the command line.
-pub const NAME: &str = "path-light";
-
-/// What the table can sample at all.
-pub const COVERAGE: &str = super::path::COVERAGE;
-
-/// m_{s,t} of the table.
-pub fn multiplicity(strategy: Strategy) -> u32 {
-    super::path::multiplicity(strategy)
-}
+/// What it is.
+pub const DESCRIPTION: Description = Description {
+    name: "path-light",
+    what: "Path tracing with next-event estimation wherever it can find the light, without MIS.",
+    coverage: path::DESCRIPTION.coverage,
+    table: path::DESCRIPTION.table,
+    heuristic: Heuristic::FirstSupported,
+    roulette: Roulette::FromDepth(4),
+    sampler: SamplerKind::Sobol,
+    light_sampling: LightSampling::Suitable,
+    landing: Landing::OwnPixel,
+    longest_path: u32::MAX,
+};

@@ -37,7 +37,7 @@ pub enum LayerSet {
     /// w C of each strategy (s,t): Veach's pyramid.
     Strategies,
     /// C of each strategy (s,t), unweighted: what it makes of all paths that it can find, an image of its own. What has no weight at all
-    /// is not there, such as hits of lights by [`crate::integrator::IntegratorKind::PathLight`].
+    /// is not there, such as hits of lights by `-i path-light`.
     Unweighted,
 }
 

@@ -103,12 +103,6 @@ impl Techniques {
         empty.with_entries((0..side * side).map(entry).collect())
     }
 
-    /// The table of directional sampling alone, m_{0,t} = 1, by the rule `directions`. There are no connections: nothing in
-    /// the fast form needs the rule but the camera's walk.
-    pub fn directional(sensor: Sensor, max_depth: u32, directions: Directions) -> Self {
-        Self { directions, ..Self::new(sensor, max_depth, |strategy| u32::from(strategy.s == 0)) }
-    }
-
     /// The table of area sampling alone: N_l samples of every length up to `max_depth` edges.
     pub fn by_area(sensor: Sensor, max_depth: u32) -> Self {
         Self { area: 1, ..Self::new(sensor, max_depth, |_| 0) }
@@ -164,6 +158,14 @@ impl Techniques {
             if kept { self.multiplicity[i as usize] } else { 0 }
         });
         Self { area: 0, ..self.with_entries(multiplicity.collect()) }
+    }
+
+    /// The same table with the rule `directions` for the walks, if it is one of directional sampling alone, s = 0: there are no
+    /// connections then, and nothing in the fast form needs the rule but the camera's walk. Any other table stays as it is.
+    #[must_use]
+    pub fn with_directions(&self, directions: Directions) -> Self {
+        let is_directional = self.area == 0 && self.strategies().all(|x| x.s == 0);
+        Self { directions: if is_directional { directions } else { self.directions }, ..self.clone() }
     }
 
     /// The same table with `samples` next-event samples at a vertex where it takes one: m_{1,t≥2} times as many, which the weights

@@ -23,7 +23,7 @@ pub enum Background {
 pub struct Settings {
     /// The integrator.
     pub integrator: IntegratorKind,
-    /// How [`IntegratorKind::PathHemisphere`] samples directions; of no effect on the others.
+    /// How walks from the camera sample directions, for an integrator with s = 0 alone; of no effect on the others.
     pub hemisphere: Directions,
     /// The longest path, in edges.
     pub max_depth: u32,

@@ -180,7 +180,7 @@ impl Report {
 /// the camera's sensor is padded.
 pub fn verify(scene: &Scene, plan: &Plan, progress: &mut dyn FnMut(f64) -> ControlFlow<()>) -> Report {
     let Plan { integrators: kinds, max_depth, roulette, budget, .. } = plan;
-    assert!((2..=Covering::MOST).contains(&kinds.len()) && !kinds.contains(&IntegratorKind::Area), "{kinds:?}");
+    assert!((2..=Covering::MOST).contains(&kinds.len()) && kinds.iter().all(|k| k.has_strategies()), "{kinds:?}");
     assert!((1..kinds.len()).all(|i| !kinds[..i].contains(&kinds[i])), "{kinds:?}");
     assert!(!matches!(budget, Budget::Passes(0..2)), "a variance needs two passes");
     let sensor = scene.camera.sensor();

@@ -167,7 +167,8 @@ fn of_every_path_by_uniform_directions() {
     let sensor = scenes::square(32, Filter::Box);
     let scenes = [("zoo", scenes::zoo(sensor)), ("open zoo", scenes::open_zoo(sensor))];
     for (name, scene) in scenes {
-        let integrator = Integrator::path_hemisphere(sensor, DEPTH, Roulette::FromDepth(3), Directions::Uniform);
+        let integrator = Integrator::new(IntegratorKind::PathHemisphere, sensor, DEPTH, Roulette::FromDepth(3))
+            .with_directions(Directions::Uniform);
         assert_identity_of(&format!("{name} uniform"), &scene, integrator, 24);
     }
 }

@@ -60,7 +60,8 @@ fn directional_sampling_misses_exactly_the_lights_without_extent() {
     let lamp = Light::Point { position: glam::Vec3::new(-0.5, 0.3, 0.4), intensity: Rgb::new(0.5, 0.6, 0.9) };
     let scene: Scene = scenes::courtyard(&[lamp], scenes::square(16, Filter::Box));
     let sensor = scene.camera.sensor();
-    let table = Integrator::path_hemisphere(sensor, DEPTH, Roulette::Off, Directions::Bsdf);
+    let table =
+        Integrator::new(IntegratorKind::PathHemisphere, sensor, DEPTH, Roulette::Off).with_directions(Directions::Bsdf);
     let (everything, covered) = (|_: &JoinedPath| true, |path: &JoinedPath| table.covers(path));
     let all = [IntegratorKind::PathHemisphere, IntegratorKind::PathLight, IntegratorKind::Path];
     let all = all.map(|kind| settings(&scene, kind, 2));

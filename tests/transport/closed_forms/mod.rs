@@ -17,11 +17,11 @@ mod irradiance;
 pub mod receiver;
 pub mod tally;
 
-use std::time::Instant;
+use std::{sync::LazyLock, time::Instant};
 
 use glam::DVec3;
 use pathspace::{
-    integrator::IntegratorKind,
+    integrator::{Gap, IntegratorKind},
     math::luminance,
     render::{Renderer, Settings},
     scene::Scene,
@@ -38,26 +38,20 @@ const MOST_PASSES: u32 = 1 << 17;
 /// What f32 may make of a number that takes no chance: an image without variance need not be right to more digits.
 const ROUNDING: f64 = 2e-5;
 
+type Kinds = LazyLock<Vec<IntegratorKind>>;
+
 /// The integrators of connected strategies that cover every light, and every surface that is not specular.
-pub const WEIGHTED: [IntegratorKind; 4] = crate::scenes::WEIGHTED;
+pub use crate::scenes::WEIGHTED;
 /// Those that see through specular surfaces to a light with an extent.
-pub const FROM_CAMERA: [IntegratorKind; 5] = [
-    IntegratorKind::Path,
-    IntegratorKind::Hybrid,
-    IntegratorKind::Bdpt,
-    IntegratorKind::PathHemisphere,
-    IntegratorKind::PathLight,
-];
+pub static FROM_CAMERA: Kinds = LazyLock::new(|| covering(Gap::SpecularSeen));
 /// Those that find the caustics of lights without extent on what the camera sees directly.
-pub const FROM_LIGHT: [IntegratorKind; 3] = [IntegratorKind::Light, IntegratorKind::Hybrid, IntegratorKind::Bdpt];
+pub static FROM_LIGHT: Kinds = LazyLock::new(|| covering(Gap::CausticsOfPoints));
 /// Those that cover point lights, spots and suns.
-pub const TO_POINTS: [IntegratorKind; 5] = [
-    IntegratorKind::Path,
-    IntegratorKind::Light,
-    IntegratorKind::Hybrid,
-    IntegratorKind::Bdpt,
-    IntegratorKind::PathLight,
-];
+pub static TO_POINTS: Kinds = LazyLock::new(|| covering(Gap::LightsWithoutExtent));
+
+fn covering(gap: Gap) -> Vec<IntegratorKind> {
+    IntegratorKind::ALL.into_iter().filter(|kind| !kind.lacks(gap)).collect()
+}
 
 /// The regions of an image with the radiance `radiance(u, v)` at the place (u, v) in [0, 1]² of the image, u to the right and v
 /// downwards: the midpoint rule with `fine`² places in each of 4 × 4 tiles.
@@ -89,10 +83,7 @@ pub fn constant(radiance: f64) -> Regions {
 #[track_caller]
 pub fn assert_image(what: &str, scene: &Scene, kinds: &[IntegratorKind], depth: u32, visible: f64, expected: &Regions) {
     for &kind in kinds {
-        let visible = match kind {
-            IntegratorKind::Light | IntegratorKind::Area => 2.0 * visible,
-            _ => visible,
-        };
+        let visible = if kind.has(|x| x.t >= 2) { visible } else { 2.0 * visible };
         let base = Settings { integrator: kind, max_depth: depth, ..Settings::new(scene.camera.sensor()) };
         let settings: Vec<_> =
             (0..REPLICATES).map(|r| Settings { seed: 7000 + 100 * kind as u64 + r, ..base.clone() }).collect();
