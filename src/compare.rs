@@ -4,7 +4,7 @@ mod bias;
 
 pub use self::bias::{Measured, p_of_no_bias};
 use crate::{
-    film::{Exposure, Image, srgb_codes},
+    film::Image,
     math::{Rgb, luminance},
 };
 
@@ -20,13 +20,21 @@ pub enum Metric {
     /// |I − R|/(R + 0.01): the mean absolute percentage error.
     Mape,
     /// How different the two look on a display, alternated at 67 pixels a degree (Andersson et al. 2020, *FLIP: A Difference Evaluator for
-    /// Alternating Images*): from 0 to 1. Both at the reference's automatic exposure, as 8-bit sRGB.
+    /// Alternating Images*): from 0 to 1. Both at the reference's automatic exposure, as 8-bit sRGB. With the feature `flip`.
+    #[cfg(feature = "flip")]
     Flip,
 }
 
 impl Metric {
     /// All of them, in the order of the documentation.
-    pub const ALL: [Self; 5] = [Self::Mse, Self::RelMse, Self::RelMseTrimmed, Self::Mape, Self::Flip];
+    pub const ALL: [Self; if cfg!(feature = "flip") { 5 } else { 4 }] = [
+        Self::Mse,
+        Self::RelMse,
+        Self::RelMseTrimmed,
+        Self::Mape,
+        #[cfg(feature = "flip")]
+        Self::Flip,
+    ];
 
     /// The name on the command line.
     pub fn name(self) -> &'static str {
@@ -35,6 +43,7 @@ impl Metric {
             Self::RelMse => "relmse",
             Self::RelMseTrimmed => "relmse-trimmed",
             Self::Mape => "mape",
+            #[cfg(feature = "flip")]
             Self::Flip => "flip",
         }
     }
@@ -50,6 +59,7 @@ impl Metric {
             Self::Mse => |i, r| (i - r).powi(2),
             Self::RelMse | Self::RelMseTrimmed => |i, r| (i - r).powi(2) / (r * r + EPSILON),
             Self::Mape => |i, r| (i - r).abs() / (r.abs() + EPSILON),
+            #[cfg(feature = "flip")]
             Self::Flip => return flip(image, reference),
         };
         let of_pixel = |(i, r): (&Rgb, &Rgb)| {
@@ -66,7 +76,10 @@ impl Metric {
 }
 
 /// [`Metric::Flip`].
+#[cfg(feature = "flip")]
 fn flip(image: &Image, reference: &Image) -> f64 {
+    use crate::film::{Exposure, srgb_codes};
+
     let exposure = Exposure::Ev(Exposure::Auto.ev(reference));
     let [image, reference] = [image, reference]
         .map(|image| nv_flip::FlipImageRgb8::with_data(image.width, image.height, &srgb_codes(image, exposure)));

@@ -57,7 +57,6 @@
 #[macro_use]
 pub mod mistake;
 
-pub mod cli;
 pub mod compare;
 pub mod converge;
 pub mod film;

@@ -1,4 +1,6 @@
-//! The command line program; everything is in the library.
+//! The command line program; the renderer is in the library.
+
+mod cli;
 
 use std::process::ExitCode;
 
@@ -9,5 +11,5 @@ fn main() -> ExitCode {
         eprintln!("error: {unknown}");
         return ExitCode::from(2);
     }
-    pathspace::cli::run().into()
+    cli::run().into()
 }

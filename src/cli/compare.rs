@@ -2,21 +2,21 @@
 
 use std::path::{Path, PathBuf};
 
-use serde_json::{Map, Value, json};
-
-use super::{
-    args::VerbosityArgs,
-    exit::{Exit, Failure},
-    pictures::{Outputs, difference_in_colour},
-    terminal::{self, Terminal},
-    values,
-};
-use crate::{
+use pathspace::{
     compare::{Measured, Metric, brightness_difference, difference, p_of_no_bias},
     film::{Crop, Exposure, Format, Header, Image, encode_exr, encode_png},
     io::{Limits, read_halves, read_image},
     math::luminance,
     scene::camera::Sensor,
+};
+use serde_json::{Map, Value, json};
+
+use crate::cli::shared::{
+    args::VerbosityArgs,
+    exit::{Exit, Failure},
+    pictures::{Outputs, difference_in_colour},
+    terminal::{self, Terminal},
+    values,
 };
 
 /// Raised when a key of the JSON changes or goes.
@@ -24,7 +24,7 @@ const LAYOUT: u32 = 1;
 
 /// What `pathspace compare` is asked for.
 #[derive(Debug, clap::Args)]
-pub(super) struct CompareArgs {
+pub struct CompareArgs {
     /// An image, .exr
     #[arg(value_name = "A")]
     a: PathBuf,
@@ -89,7 +89,7 @@ impl<'a> Row<'a> {
 }
 
 /// Says the errors of A against B, or of both against the reference.
-pub(super) fn run(args: &CompareArgs) -> Result<Exit, Failure> {
+pub fn run(args: &CompareArgs) -> Result<Exit, Failure> {
     let terminal = Terminal::new(args.verbosity.verbosity());
     let outputs = Outputs::check(args.output.clone())?;
     let a = read(&args.a)?;

@@ -5,27 +5,30 @@ use std::{
     path::{Path, PathBuf},
 };
 
-use super::{
-    args::{VerbosityArgs, check_memory},
-    exit::{Exit, Failure},
-    header::{filter_of, header},
-    layers,
-    passes::Passes,
-    pictures::{Outputs, Picture},
-    render_passes,
-    saved::{self, Shape, open, unusable},
-    terminal::Terminal,
-    values::{self, Bytes},
-};
-use crate::{
+use pathspace::{
     film::{CheckpointHeader, Contents, Coverage, Exposure, Film, Sums, encode_checkpoint},
     render::Statistics,
     scene::camera::Sensor,
 };
 
+use crate::cli::{
+    render::pass_loop,
+    shared::{
+        args::{VerbosityArgs, check_memory},
+        exit::{Exit, Failure},
+        header::{filter_of, header},
+        layers,
+        passes::Passes,
+        pictures::{Outputs, Picture},
+        saved::{self, Shape, open, unusable},
+        terminal::Terminal,
+        values::{self, Bytes},
+    },
+};
+
 /// The options of `pathspace merge`.
 #[derive(Debug, clap::Args)]
-pub(super) struct MergeArgs {
+pub struct MergeArgs {
     /// Shards and checkpoints of one render, in any order: what 'render --shard' and --checkpoint wrote
     #[arg(value_name = "SHARD", required = true)]
     shards: Vec<PathBuf>,
@@ -55,7 +58,7 @@ pub(super) struct MergeArgs {
 }
 
 /// Adds the sums of all shards. What can be refused by their headers is refused before any of the sums is read.
-pub(super) fn run(args: &MergeArgs) -> Result<Exit, Failure> {
+pub fn run(args: &MergeArgs) -> Result<Exit, Failure> {
     let terminal = Terminal::new(args.verbosity.verbosity());
     let outputs = Outputs::check(args.output.clone())?;
     let set = Set::of(&args.shards)?;
@@ -85,8 +88,8 @@ pub(super) fn run(args: &MergeArgs) -> Result<Exit, Failure> {
         file.add_to(&sums).map_err(|error| unusable(path, &error))?;
     }
 
-    let exit = render_passes::faults(&set.statistics, sums.errors(), terminal);
-    let noise = render_passes::noise(passes.noise(&image), passes.count(), &image);
+    let exit = pass_loop::faults(&set.statistics, sums.errors(), terminal);
+    let noise = pass_loop::noise(passes.noise(&image), passes.count(), &image);
     terminal.say(format_args!("{} spp from {} files, {noise}", passes.count(), args.shards.len()));
     match product {
         Product::Shard(passes) => {

@@ -1,37 +1,12 @@
 //! The command line: options in, images and exit codes out.
 
-mod args;
-mod black;
-mod camera;
 mod compare;
 mod converge;
-mod converge_page;
-mod data;
-mod environment;
-mod exit;
-mod foretell;
-mod header;
 mod info;
-mod info_json;
-mod interrupt;
-mod keep;
-mod layers;
 mod merge;
-mod opened;
-mod passes;
-mod pictures;
-mod progress;
 mod render;
-mod render_passes;
-mod saved;
-mod stats;
-mod terminal;
-mod values;
+mod shared;
 mod verify;
-mod verify_json;
-mod verify_pictures;
-mod verify_text;
-mod viewer;
 
 use std::{
     env,
@@ -41,8 +16,10 @@ use std::{
 
 use clap::{Parser, Subcommand, error::ErrorKind};
 
-pub use self::exit::Exit;
-use self::exit::Failure;
+use self::shared::{
+    exit::{Exit, Failure},
+    terminal,
+};
 
 /// Renders glTF scenes by path, light and bidirectional path tracing over one path-space core.
 #[derive(Debug, Parser)]
@@ -56,7 +33,7 @@ struct Cli {
 enum Command {
     /// Render a scene to image files
     #[command(after_help = Exit::help())]
-    Render(Box<args::RenderArgs>),
+    Render(Box<render::args::RenderArgs>),
     /// Put the shards of a render together: exactly the image that one render would have made
     #[command(after_help = Exit::help())]
     Merge(merge::MergeArgs),
@@ -156,6 +133,31 @@ mod tests {
     #[test]
     fn the_options_are_consistent() {
         Cli::command().debug_assert();
+    }
+
+    /// What `--help` prints, command by command.
+    fn reference() -> String {
+        let mut page = "# Options\n\nWhat `pathspace COMMAND --help` prints. A test writes this page \
+            (`PATHSPACE_WRITE_DOCS=1 cargo test --release reference`)\nand keeps it current.\n"
+            .to_owned();
+        let mut program = Cli::command().term_width(100).after_help("");
+        program.build();
+        for command in program.get_subcommands_mut().filter(|command| command.get_name() != "help") {
+            let name = command.get_name().to_owned();
+            let help = command.clone().term_width(100).after_help("").render_long_help().to_string();
+            let lines: Vec<_> = help.trim_end().lines().map(str::trim_end).collect();
+            page += &format!("\n## `pathspace {name}`\n\n```text\n{}\n```\n", lines.join("\n"));
+        }
+        page + "\nExit codes, of every command: [scripting](scripting.md).\n"
+    }
+
+    #[test]
+    fn the_reference_of_options_is_current() {
+        let path = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("docs/options.md");
+        if env::var_os("PATHSPACE_WRITE_DOCS").is_some() {
+            std::fs::write(&path, reference()).expect("a page to write");
+        }
+        assert_eq!(std::fs::read_to_string(path).unwrap_or_default(), reference());
     }
 
     #[test]

@@ -4,6 +4,7 @@
 //! slows all of them. Errors are measured outside the clock, whenever the number of passes is a power of two and at the end.
 
 use std::{
+    fmt,
     ops::ControlFlow,
     time::{Duration, Instant},
 };
@@ -152,6 +153,12 @@ pub struct Stage {
     pub what: &'static str,
     /// The part of all the work that is done, from 0 to 1.
     pub part: f64,
+}
+
+impl fmt::Display for Stage {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{:.0} %: {}", 100.0 * self.part, self.what)
+    }
 }
 
 /// Who hears how far it is, and may end it.

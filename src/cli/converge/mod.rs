@@ -1,0 +1,184 @@
+//! `pathspace converge`.
+
+mod page;
+
+use std::{ops::ControlFlow, path::PathBuf, time::Duration};
+
+use pathspace::{
+    converge::{PYRAMID_DEPTH, Plan, Stage, converge},
+    film::{Crop, Film, check_writable, write_atomically},
+    integrator::IntegratorKind,
+    io::{Limits, read_image},
+    verify::Budget,
+};
+
+use crate::cli::{
+    info,
+    render::keep::this_command,
+    shared::{
+        args::{PathArgs, SceneArgs, SizeArgs, VerbosityArgs},
+        camera,
+        exit::{Exit, Failure},
+        interrupt::Interrupt,
+        opened::Opened,
+        progress::{Progress, Step, Style},
+        terminal::Terminal,
+        values,
+    },
+};
+
+const DEFAULT_WIDTH: u32 = 256;
+const DEFAULT_TIME: Duration = Duration::from_secs(20);
+/// Of the reference, in budgets of an integrator.
+const LONGER: u32 = 8;
+
+/// What `pathspace converge` is asked for.
+#[derive(Debug, clap::Args)]
+pub struct ConvergeArgs {
+    #[command(flatten)]
+    scene: SceneArgs,
+
+    /// The page to write, .html; all numbers go beside it as .json and .csv [default: SCENE-converge.html in the working directory]
+    #[arg(short, long, value_name = "PAGE")]
+    output: Option<PathBuf>,
+
+    /// Integrators to measure
+    #[arg(short, long, value_name = "NAME,…", value_delimiter = ',', default_value = "path,light,bdpt", value_parser = values::comparable())]
+    integrators: Vec<IntegratorKind>,
+
+    /// Time of each integrator (30s, 5m, 2h) [default: 20s]
+    #[arg(long, value_name = "TIME", value_parser = values::duration)]
+    time: Option<Duration>,
+
+    /// Instead of a time, so many samples per pixel of each integrator
+    #[arg(long, value_name = "N", conflicts_with = "time", value_parser = clap::value_parser!(u32).range(2..=1 << 24))]
+    spp: Option<u32>,
+
+    /// Measure errors against this image, .exr, instead of a long bdpt run
+    #[arg(long, value_name = "R")]
+    reference: Option<PathBuf>,
+
+    /// Time of that bdpt run [default: 8 times that of an integrator, or 8 times the samples]
+    #[arg(long, value_name = "TIME", conflicts_with = "reference", value_parser = values::duration)]
+    reference_time: Option<Duration>,
+
+    #[command(flatten)]
+    size: SizeArgs,
+
+    #[command(flatten)]
+    paths: PathArgs,
+
+    #[command(flatten)]
+    verbosity: VerbosityArgs,
+}
+
+/// Measures, and writes the page. What can be refused is refused before the first ray.
+pub fn run(args: &ConvergeArgs) -> Result<Exit, Failure> {
+    let terminal = Terminal::new(args.verbosity.verbosity());
+    let interrupt = Interrupt::watch().map_err(|error| Failure::usage(format!("cannot watch for signals: {error}")))?;
+    let kinds = &args.integrators;
+    if let Some(twice) = (1..kinds.len()).find(|i| kinds[..*i].contains(&kinds[*i])) {
+        return Err(Failure::usage(format!("-i names {} twice", kinds[twice])));
+    }
+    let stem = args.scene.file.file_stem().unwrap_or("pathspace".as_ref()).to_string_lossy().into_owned();
+    let page = args.output.clone().unwrap_or_else(|| format!("{stem}-converge.html").into());
+    if page.extension().is_none_or(|extension| extension != "html") {
+        return Err(Failure::usage(format!("cannot write '{}': the page is an .html file", page.display())));
+    }
+    let files = [page.clone(), page.with_extension("json"), page.with_extension("csv")];
+    files.iter().try_for_each(|file| check_writable(file)).map_err(|error| Failure::output(error.to_string()))?;
+    let pool = args.paths.thread_pool()?;
+    let given = args.reference.as_ref().map(|path| read_image(&Limits::default(), path)).transpose();
+    let given = given.map_err(|error| Failure::input(error.to_string()))?;
+
+    let opened = Opened::read(&args.scene, terminal)?;
+    let sensor = camera::sensor(&args.size, DEFAULT_WIDTH, 0, &opened.view);
+    if let (Some(image), Some(path)) = (&given, &args.reference)
+        && (image.width, image.height) != (sensor.width, sensor.height)
+    {
+        let (path, w, h) = (path.display(), image.width, image.height);
+        let (width, height) = (sensor.width, sensor.height);
+        return Err(Failure::input(format!("'{path}' has {w} × {h} pixels and the image {width} × {height}")));
+    }
+    let films = 4 * kinds.len() as u64 + u64::from((PYRAMID_DEPTH + 1) * (PYRAMID_DEPTH + 2));
+    args.size.check_memory(films * Film::memory(Crop::full(sensor).pixels()), Crop::full(sensor))?;
+    let scene_hash = opened.loaded.hash.clone();
+    let (scene, environment) = opened.into_scene(&args.scene, sensor, terminal)?;
+    let lights = args.paths.lights.unwrap_or_else(|| scene.lights().suitable_choice());
+    let scene = scene.choosing_lights(lights);
+
+    let budget = args.spp.map_or(Budget::Time(args.time.unwrap_or(DEFAULT_TIME)), Budget::Passes);
+    let longer = match budget {
+        _ if given.is_some() => budget,
+        Budget::Time(time) => Budget::Time(time.saturating_mul(LONGER)),
+        Budget::Passes(passes) => Budget::Passes(passes * LONGER),
+    };
+    let plan = Plan {
+        integrators: kinds.clone(),
+        max_depth: args.paths.max_depth,
+        roulette: args.paths.roulette,
+        seed: args.paths.seed,
+        budget,
+        reference: args.reference_time.map_or(longer, Budget::Time),
+    };
+    let mut progress = Progress::new(Style::Auto, terminal);
+    interrupt.spare(terminal);
+    // The bar stays on this thread, and the pool has others.
+    let (stages, heard) = std::sync::mpsc::channel();
+    let report = std::thread::scope(|scope| {
+        let worker = scope.spawn(|| {
+            let stages = stages;
+            let mut hear = |stage| {
+                // Nobody listening is no reason to stop.
+                stages.send(stage).unwrap_or(());
+                if interrupt.asked().is_some() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+            };
+            pool.install(|| converge(&scene, &plan, given, &mut hear))
+        });
+        for stage in heard {
+            if progress.is_due() {
+                progress.show(&stage);
+            }
+        }
+        worker.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic))
+    });
+    interrupt.settle();
+    progress.finish();
+    let report = report.map_err(|error| Failure::usage(error.to_string()))?;
+    let facts = page::Facts {
+        title: stem,
+        command: this_command(),
+        scene: info::counts(&scene),
+        scene_hash,
+        environment,
+        lights,
+        threads: pool.current_num_threads(),
+        plan: &plan,
+        given: args.reference.as_deref(),
+    };
+    let cannot = |error| Failure::output(format!("cannot write '{}': {error}", page.display()));
+    let json = page::json(&facts, &report);
+    let html = page::html(&facts, &report, &json).map_err(cannot)?;
+    let contents = [html, format!("{json:#}\n"), page::csv(&report)];
+    for (file, text) in files.iter().zip(contents) {
+        write_atomically(file, text.as_bytes()).map_err(|error| Failure::output(error.to_string()))?;
+    }
+    terminal.say(format_args!("wrote {} with its .json and .csv", page.display()));
+    match interrupt.asked().filter(|_| report.ended_early) {
+        Some(exit) => {
+            terminal.say("interrupted: the page has what was measured by then");
+            Ok(exit)
+        }
+        None => Ok(Exit::Done),
+    }
+}
+
+impl Step for Stage {
+    fn fraction(&self) -> f64 {
+        self.part
+    }
+
+    fn json(&self) -> serde_json::Value {
+        serde_json::json!({ "event": "progress", "stage": self.what, "fraction": self.part })
+    }
+}

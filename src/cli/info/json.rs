@@ -1,0 +1,157 @@
+//! `pathspace info --json`: the same for programs.
+
+use glam::{DVec3, Vec3};
+use pathspace::{
+    io::{Loaded, NamedCamera, PunctualLight, ThinLens, View},
+    scene::{
+        material::{Coverage, EmissionSides, Material, VertexColors},
+        texture::Texture,
+    },
+};
+use serde_json::{Value, json};
+
+use crate::cli::info;
+
+/// The version of the layout: it grows when a member changes its meaning or goes away, not when one is added.
+const LAYOUT: u32 = 1;
+
+/// Everything that is known about a file. Lengths are metres, angles radians; what a file does not say is null.
+pub fn describe(loaded: &Loaded) -> Value {
+    let (summary, geometry) = (&loaded.summary, &loaded.geometry);
+    let bounds = geometry.bounds().map(|b| json!({ "min": place(loaded, b.min), "max": place(loaded, b.max) }));
+    let lights = info::light_kinds(loaded).map(|(count, kind)| (kind.replace(' ', "_"), json!(count)));
+    json!({
+        "layout": LAYOUT,
+        "hash": loaded.hash,
+        "binary": summary.binary,
+        "generator": summary.generator,
+        "scenes": summary.scenes,
+        "scene": summary.scene,
+        "file": {
+            "nodes": summary.nodes,
+            "meshes": summary.meshes,
+            "materials": summary.materials,
+            "textures": summary.textures,
+            "images": summary.images,
+            "cameras": summary.cameras,
+            "animations": summary.animations,
+            "skins": summary.skins,
+        },
+        "geometry": {
+            "triangles": geometry.triangle_count(),
+            "spheres": geometry.sphere_count(),
+            "shared_meshes": geometry.mesh_count(),
+            "instances": geometry.instance_count(),
+            "bounds": bounds,
+            "centre": loaded.centre.to_array(),
+        },
+        "materials": loaded.materials.iter().map(material).collect::<Vec<_>>(),
+        "lights": Value::Object(lights.into_iter().collect()),
+        "punctual_lights": loaded.lights.iter().map(|light| punctual_light(loaded, light)).collect::<Vec<_>>(),
+        "cameras": loaded.cameras.iter().map(|c| camera(loaded, c)).collect::<Vec<_>>(),
+        "extensions": {
+            "used": summary.extensions_used,
+            "required": summary.extensions_required,
+            "honoured": summary.extensions_honoured,
+        },
+        "warnings": loaded.warnings,
+    })
+}
+
+/// Radiance and absorption are linear RGB, per steradian and square metre or nit, and per metre; textures are those that are read.
+fn material(material: &Material) -> Value {
+    let maps = material.maps.as_ref();
+    let slots: [(&str, Option<&Texture>); 7] = [
+        ("base_color", maps.and_then(|m| m.base_color.as_ref())),
+        ("metallic_roughness", maps.and_then(|m| m.metallic_roughness.as_ref())),
+        ("normal", maps.and_then(|m| m.normal.as_ref()).map(|normal| &normal.texture)),
+        ("emission", maps.and_then(|m| m.emission.as_ref())),
+        ("transmission", maps.and_then(|m| m.transmission.as_ref())),
+        ("specular", maps.and_then(|m| m.specular.as_ref())),
+        ("specular_color", maps.and_then(|m| m.specular_color.as_ref())),
+    ];
+    let textures = slots.into_iter().filter_map(|(slot, texture)| {
+        texture.map(|t| {
+            let (width, height) = t.image.size();
+            (slot.to_owned(), json!({ "width": width, "height": height }))
+        })
+    });
+    json!({
+        "name": material.name,
+        "kind": info::kind(material),
+        "emits": material.emits(),
+        "radiance": vector(material.emission),
+        "emission_sides": match material.emission_sides {
+            EmissionSides::Front => 1,
+            EmissionSides::Both => 2,
+        },
+        "absorption": vector(material.absorption),
+        "alpha": match material.coverage {
+            Coverage::Opaque => json!({ "mode": "opaque" }),
+            Coverage::Mask { factor, cutoff } =>
+                json!({ "mode": "mask", "factor": number(factor), "cutoff": number(cutoff) }),
+            Coverage::Blend { factor } => json!({ "mode": "blend", "factor": number(factor) }),
+        },
+        "textures": Value::Object(textures.collect()),
+        "vertex_colors": maps.is_some_and(|m| m.vertex_colors != VertexColors::Nothing),
+    })
+}
+
+/// Intensities are linear RGB, candela; irradiance is in lux.
+fn punctual_light(loaded: &Loaded, light: &PunctualLight) -> Value {
+    match *light {
+        PunctualLight::Point { position, intensity } => {
+            json!({ "type": "point", "position": place(loaded, position), "intensity": vector(intensity) })
+        }
+        PunctualLight::Spot { position, direction, intensity, inner, outer } => json!({
+            "type": "spot",
+            "position": place(loaded, position),
+            "direction": vector(direction),
+            "intensity": vector(intensity),
+            "innerConeAngle": number(inner),
+            "outerConeAngle": number(outer),
+        }),
+        PunctualLight::Directional { direction, irradiance } => {
+            json!({ "type": "directional", "direction": vector(direction), "irradiance": vector(irradiance) })
+        }
+    }
+}
+
+fn camera(loaded: &Loaded, camera: &NamedCamera) -> Value {
+    let mut value = json!({
+        "name": camera.name,
+        "position": place(loaded, camera.position),
+        "forward": vector(camera.forward),
+        "up": vector(camera.up),
+        "aspect": camera.aspect.map(number),
+    });
+    match camera.view {
+        View::Perspective { yfov, lens } => {
+            value["type"] = json!("perspective");
+            value["yfov"] = number(yfov);
+            value["lens"] = lens.map_or(
+                Value::Null,
+                |ThinLens { aperture, focus }| json!({ "aperture": number(aperture), "focusDistance": number(focus) }),
+            );
+        }
+        View::Orthographic { height } => {
+            value["type"] = json!("orthographic");
+            value["height"] = number(height);
+        }
+    }
+    value
+}
+
+/// A place in the file's coordinates, metres; of a scene that was re-centred in f64.
+fn place(loaded: &Loaded, p: Vec3) -> Value {
+    if loaded.centre == DVec3::ZERO { vector(p) } else { json!((loaded.centre + p.as_dvec3()).to_array()) }
+}
+
+fn vector(v: Vec3) -> Value {
+    Value::Array(v.to_array().map(number).to_vec())
+}
+
+/// The shortest number that is `x` in f32: 0.1, not the 0.10000000149011612 that it is in f64.
+fn number(x: f32) -> Value {
+    json!(x.to_string().parse::<f64>().ok())
+}

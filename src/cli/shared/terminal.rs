@@ -1,0 +1,72 @@
+//! The one place that writes to the terminal.
+
+use std::{
+    fmt::Display,
+    io::{self, IsTerminal, Write},
+};
+
+/// How much is said.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Verbosity {
+    /// Errors.
+    Quiet,
+    /// Progress, warnings, results.
+    Normal,
+    /// What was read and chosen, too.
+    Verbose,
+}
+
+/// Standard error, as far as the person wants to hear.
+#[derive(Clone, Copy, Debug)]
+pub struct Terminal {
+    verbosity: Verbosity,
+}
+
+impl Terminal {
+    pub fn new(verbosity: Verbosity) -> Self {
+        Self { verbosity }
+    }
+
+    pub fn is_quiet(self) -> bool {
+        self.verbosity == Verbosity::Quiet
+    }
+
+    /// Whether a person watches, so that a line may be drawn over and over.
+    pub fn is_interactive(self) -> bool {
+        io::stderr().is_terminal()
+    }
+
+    pub fn say(self, line: impl Display) {
+        self.at_least(Verbosity::Normal, line);
+    }
+
+    pub fn warn(self, line: impl Display) {
+        self.say(format_args!("warning: {line}"));
+    }
+
+    pub fn detail(self, line: impl Display) {
+        self.at_least(Verbosity::Verbose, line);
+    }
+
+    fn at_least(self, verbosity: Verbosity, line: impl Display) {
+        if self.verbosity >= verbosity {
+            stderr_line(line);
+        }
+    }
+}
+
+/// An error, said however quiet the program is to be.
+pub fn error(sentence: impl Display) {
+    stderr_line(format_args!("error: {sentence}"));
+}
+
+/// The answer of a subcommand that was asked for one.
+pub fn answer(text: impl Display) {
+    // A reader that has heard enough (`| head`) is no reason to fail.
+    let _ = writeln!(io::stdout().lock(), "{text}");
+}
+
+fn stderr_line(line: impl Display) {
+    // Nobody is left to be told if this fails.
+    let _ = writeln!(io::stderr().lock(), "{line}");
+}
