@@ -54,9 +54,6 @@
 //! assert!((1..=3).all(|t| path.pdf(Strategy { s: 3 - t, t }) > 0.0));
 //! ```
 
-#[macro_use]
-pub mod mistake;
-
 pub mod compare;
 pub mod converge;
 pub mod film;

@@ -291,8 +291,8 @@ impl<'a> Renderer<'a> {
     /// The random numbers of one sample of one pixel, in the present pass.
     #[inline(always)]
     fn streams<S: Sampler>(&self, pixel: Pixel) -> [S; 4] {
-        let numbered = mistake!(pixel, CropShiftsNumbers => pixel.within(self.settings.crop));
-        let seed = mistake!(self.settings.seed, ThreadInSeed => self.settings.seed + this_thread());
+        let numbered = pixel;
+        let seed = self.settings.seed;
         S::streams(seed, numbered.key(), self.passes.end)
     }
 
@@ -362,12 +362,6 @@ impl<'a> Renderer<'a> {
             sum.fetch_add(count, Relaxed);
         }
     }
-}
-
-/// The number of the thread: a planted mistake.
-#[cfg(feature = "mistakes")]
-fn this_thread() -> u64 {
-    rayon::current_thread_index().unwrap_or(0) as u64
 }
 
 /// The part of a pixel's sample that is done at once.

@@ -144,7 +144,7 @@ pub(super) fn sort_attributes(file: &mut [u8]) -> Option<()> {
     file[START..at].copy_from_slice(&attributes.concat());
     if has_long_names(file.get(START..at)?)? {
         // Bit 10 of the version field (OpenEXR file layout, "Version Field").
-        file[5] |= mistake!(0x04, LongNamesUnmarked => 0);
+        file[5] |= 0x04;
     }
     Some(())
 }

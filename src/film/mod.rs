@@ -53,7 +53,7 @@ pub enum Half {
 impl Half {
     /// The half of the pass with this index.
     pub fn of_pass(pass: u32) -> Self {
-        if mistake!(pass, HalvesByPairs => pass / 2).is_multiple_of(2) { Self::Even } else { Self::Odd }
+        if pass.is_multiple_of(2) { Self::Even } else { Self::Odd }
     }
 }
 
@@ -299,7 +299,7 @@ fn reach(filter: Filter, x: f32, first: u32, end: u32) -> (std::ops::Range<u32>,
     let to = (own + padding + 1).clamp(i64::from(first), i64::from(end));
     let mut weights = [0.0; Filter::MAX_WIDTH];
     for (pixel, weight) in (from..to).zip(&mut weights) {
-        *weight = filter.weight_1d(x - (pixel as f32 + mistake!(0.5, FilterOffCentre => 0.0)));
+        *weight = filter.weight_1d(x - (pixel as f32 + 0.5));
     }
     ((from as u32 - first)..(to as u32 - first), weights)
 }

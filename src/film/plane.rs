@@ -99,9 +99,7 @@ impl Plane {
     fn add_elsewhere(&self, pixel: usize, channel: usize, value: f32) -> Result<(), Overflow> {
         let (mantissa, place) = integer(value);
         match place.checked_sub(self.scale.fine_bit()) {
-            Some(shift) if shift < FINE_BITS => {
-                self.add_fine(pixel, channel, mistake!(i64::from(mantissa) << shift, ResidueLost => 0))
-            }
+            Some(shift) if shift < FINE_BITS => self.add_fine(pixel, channel, i64::from(mantissa) << shift),
             _ => self.add_wide(pixel, channel, mantissa.into(), place),
         }
     }
@@ -124,8 +122,7 @@ impl Plane {
     #[cold]
     #[inline(never)]
     fn carry(&self, pixel: usize, channel: usize, quanta: i64) -> Result<(), Overflow> {
-        let carried = mistake!(quanta.signum(), CarryLost => 0);
-        self.add_wide(pixel, channel, carried, 64 + self.scale.bit())
+        self.add_wide(pixel, channel, quanta.signum(), 64 + self.scale.bit())
     }
 
     /// Adds `value`·2^`place` units of [`ExactSum`] to the wide sum, |`value`| being below 2²⁴.

@@ -280,7 +280,7 @@ impl Integrator {
                     sink.spared_ray();
                     return;
                 }
-                times *= mistake!(1.0 / (1.0 - roulette.end), TentativeUndivided => 1.0);
+                times *= 1.0 / (1.0 - roulette.end);
             }
             sink.shadow_ray();
         }

@@ -222,8 +222,7 @@ impl Reader<'_, '_> {
         if p.transmission * extremes(maps.transmission.as_ref(), RED)[1] == 0.0 || p.ior == 0.0 {
             return Ok(Boundary::Opaque);
         }
-        let [least, most] = extremes(maps.metallic_roughness.as_ref(), BLUE)
-            .map(|texel| mistake!(p.metallic * texel, FactorBeforeTexture => p.metallic));
+        let [least, most] = extremes(maps.metallic_roughness.as_ref(), BLUE).map(|texel| p.metallic * texel);
         let name = quoted(&self.name);
         if least < 0.5 && most >= 0.5 {
             self.warnings.push(format!("material {name} transmits where its texture makes it less than half metal"));

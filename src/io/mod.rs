@@ -309,7 +309,7 @@ impl<'a> Assembly<'a> {
         self.loaded.centre = centre.at;
         for Placed { to_world, .. } in &mut nodes {
             let at = to_world.translation;
-            to_world.translation = mistake!(at, RoundedFar => at.as_vec3().as_dvec3()) - centre.at;
+            to_world.translation = at - centre.at;
         }
         for placed in &nodes {
             let Some(node) = self.root.nodes.get(placed.index) else { continue };

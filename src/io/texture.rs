@@ -113,7 +113,7 @@ impl Placement {
             })?,
         };
         // Translation · rotation · scale. Angles count counter-clockwise as seen on the image, whose v goes down.
-        let (sin, cos) = mistake!(angle, TextureTurnedBackwards => -angle).sin_cos();
+        let (sin, cos) = angle.sin_cos();
         let rotation = Mat2::from_cols(Vec2::new(cos, -sin), Vec2::new(sin, cos));
         let linear = rotation * Mat2::from_diagonal(pair("scale", Vec2::ONE)?);
         Ok(Self { tex_coord, transform: Affine2::from_mat2_translation(linear, pair("offset", Vec2::ZERO)?) })

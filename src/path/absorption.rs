@@ -15,8 +15,7 @@ use super::{Edge, Step};
 /// exp(−σ_a d) along the edge from `a`, the camera's end, to `b`, in the medium into which `a` sees it leave: of a connection.
 #[inline(never)]
 pub(super) fn connecting_transmittance(scene: &Scene, a: &Point, ab: &Edge, b: &Point) -> Rgb {
-    let medium = mistake!(a.medium_towards(ab.direction), ConnectionsInEmptySpace => MediumId::EMPTY);
-    transmittance(scene, a, ab, b, Transport::Radiance, medium)
+    transmittance(scene, a, ab, b, Transport::Radiance, a.medium_towards(ab.direction))
 }
 
 /// exp(−σ_a d) along the edge by which a walk has come through `medium`.

@@ -92,8 +92,6 @@ impl PdfSolidAngle {
     /// p_ω V α_b |cos θ_b| / |a − b|² (lecture, dω = cos θ/r² dA; it passes what lies between, and stops at b).
     #[inline(always)]
     pub fn to_area(self, edge: &Edge) -> PdfArea {
-        let reached = mistake!(edge.visibility * edge.alpha_b, NoCoverageInArea => 1.0);
-        let cos_b = mistake!(edge.cos_b, NoCosineInArea => 1.0);
-        PdfArea(self.0 * reached * cos_b / mistake!(edge.distance_squared, NoDistanceInArea => 1.0))
+        PdfArea(self.0 * (edge.visibility * edge.alpha_b) * edge.cos_b / edge.distance_squared)
     }
 }

@@ -96,7 +96,7 @@ impl<'a> JoinedPath<'a> {
         raster: Raster,
     ) -> Option<Self> {
         let (z, y) = (camera.last()?, light.last()?);
-        let unseen = |id| mistake!(!scene.lights().is_hittable(id), PointsShown => false);
+        let unseen = |id| !scene.lights().is_hittable(id);
         if camera.len() == 1 && light.len() == 1 && y.vertex.point.light.is_some_and(unseen) {
             return None; // (1,1) does not show points and suns, which have no extent on the image
         }
@@ -117,10 +117,7 @@ impl<'a> JoinedPath<'a> {
         }
         let value = match scene.absorbing_media() {
             None => value,
-            Some(_) => {
-                let passed = connecting_transmittance(scene, &z.vertex.point, &edge, &y.vertex.point);
-                value * mistake!(passed, AbsorptionUnconnected => Rgb::ONE)
-            }
+            Some(_) => value * connecting_transmittance(scene, &z.vertex.point, &edge, &y.vertex.point),
         };
         let joint = Joint {
             value: value * edge.geometry_factor(),
@@ -169,14 +166,13 @@ impl<'a> JoinedPath<'a> {
     #[inline(always)]
     pub fn weight(&self, techniques: &Techniques, heuristic: Heuristic, rivals: Option<&Rivals>) -> f32 {
         let Technique::Bidirectional(strategy) = self.technique else { return 1.0 };
-        let weight = match rivals {
+        match rivals {
             Some(rivals) => {
                 let before = |steps: &[Step]| if let [.., last, _, _] = steps { last.rivals } else { RivalSum::ZERO };
                 rivals.weight(self, strategy, techniques, [before(self.camera), before(self.light)])
             }
             None => self.whole_weight(strategy, techniques, heuristic),
-        };
-        mistake!(weight, EmissionTwice => if strategy.s == 0 { 1.0 } else { weight })
+        }
     }
 
     /// Out of line, since no integrator that a person can choose needs it for long paths.
@@ -193,8 +189,7 @@ impl<'a> JoinedPath<'a> {
     pub fn seen(self) -> Option<Self> {
         let (Some(z), Some(y)) = (self.camera.last(), self.light.last()) else { return Some(self) };
         let (scene, lens, end) = (self.scene, &z.vertex.point, &y.vertex.point);
-        let passes_culled = mistake!(scene.culls_back_faces(), CulledCastShadows => false);
-        let visibility = if self.camera.len() == 1 && passes_culled {
+        let visibility = if self.camera.len() == 1 && scene.culls_back_faces() {
             scene.visible_from_camera(lens, end)
         } else {
             scene.visible(lens, end)
@@ -397,9 +392,7 @@ fn light_face(scene: &Scene, light: &[Step], to_camera: Vec3) -> Face {
         };
     }
     let scatter = scatter(&y.vertex.point, Lobe::Continuous, to_camera, y.back.direction);
-    let value =
-        mistake!(scatter.f, NoShadingFactor => y.vertex.without_adjoint(scatter.f, to_camera, y.back.direction));
-    Face { value, across: scatter.to_camera, back: scatter.to_light.to_area(&y.back) }
+    Face { value: scatter.f, across: scatter.to_camera, back: scatter.to_light.to_area(&y.back) }
 }
 
 impl<'a> JoinedPath<'a> {

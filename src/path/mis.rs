@@ -61,7 +61,7 @@ pub(super) fn effective_count(path: &impl Densities, strategy: Strategy, techniq
 /// n of a strategy over the n, of which `per_own` is the reciprocal, of the one that found the path.
 #[inline(always)]
 pub(super) fn share(count: f32, per_own: f32) -> f32 {
-    mistake!(count * per_own, NoCountsInWeights => f32::from(count > 0.0))
+    count * per_own
 }
 
 /// w_{s,t}(p̄): the share of a path that the strategy which found it may deposit.
@@ -79,7 +79,7 @@ pub fn mis_weight(path: &impl Densities, strategy: Strategy, techniques: &Techni
             (1.0 / (1.0 + lower_s + higher_s)) as f32
         }
         Heuristic::Power => {
-            let (lower_s, higher_s) = others(|r| r * r, |r| mistake!(r * r, HeuristicHalfSquared => r));
+            let (lower_s, higher_s) = others(|r| r * r, |r| r * r);
             (1.0 / (1.0 + lower_s + higher_s)) as f32
         }
         Heuristic::FirstSupported => {

@@ -180,7 +180,7 @@ impl Rivals {
                 higher_s += term(second, near(t - 2)) + term(second, further(towards_camera));
             }
         }
-        (1.0 / (1.0 + lower_s + mistake!(higher_s, HeuristicHalfSquared => higher_s.sqrt()))) as f32
+        (1.0 / (1.0 + lower_s + higher_s)) as f32
     }
 }
 

@@ -86,8 +86,8 @@ impl Techniques {
             if exists { multiplicity(strategy) } else { 0 }
         };
         let empty = Self {
-            camera_subpaths: mistake!(sensor.padded_pixels(), PaddingForgotten => sensor.pixels()),
-            light_subpaths: mistake!(sensor.pixels(), PaddingSplats => sensor.padded_pixels()),
+            camera_subpaths: sensor.padded_pixels(),
+            light_subpaths: sensor.pixels(),
             max_depth,
             multiplicity: Vec::new(),
             count: Vec::new(),
@@ -110,12 +110,10 @@ impl Techniques {
 
     fn with_entries(&self, multiplicity: Vec<u32>) -> Self {
         let side = self.max_depth + 2;
-        let split = mistake!(self.splits, SplitsUncounted => 1) as f32;
+        let split = self.splits as f32;
         let connections = match self.shared {
             None => self.light_paths as f32,
-            Some(SharedLightVertices { each, of_a_path }) => {
-                each as f32 / mistake!(of_a_path, SharedVerticesUndivided => 1.0)
-            }
+            Some(SharedLightVertices { each, of_a_path }) => each as f32 / of_a_path,
         };
         let subpaths = |s: u32, t: u32| {
             let from_light = match (s, t) {

@@ -399,7 +399,7 @@ impl Subpath {
         before.pdf_rev = rev.to_area(&here.back);
 
         let p = &here.vertex.point;
-        let cos = mistake!(p.normal, ShadingCosine => p.shading_normal).dot(sample.direction).abs();
+        let cos = p.normal.dot(sample.direction).abs();
         let ratio = sample.scatter.f * (cos / fwd.0);
         let mut survival = here.survival;
         // Radiance shrinks by η² on entering a medium and grows again on leaving it: no reason to stop inside.
@@ -427,12 +427,11 @@ impl Subpath {
             survival *= q;
         }
         let played = here.survival / survival;
-        let beta = here.beta * ratio * mistake!(played, RouletteUndivided => 1.0);
+        let beta = here.beta * ratio * played;
         if self.inside.is_at_boundary() && p.normal.dot(sample.direction) * p.normal.dot(known) < 0.0 {
             self.inside.go_through();
         }
         let origin = here.vertex.point.ray_origin(sample.direction);
-        let pdf = mistake!(fwd, RouletteInDensities => PdfSolidAngle(fwd.0 / played));
-        Some(Departure { origin, direction: sample.direction, pdf, beta, survival })
+        Some(Departure { origin, direction: sample.direction, pdf: fwd, beta, survival })
     }
 }

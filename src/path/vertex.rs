@@ -2,8 +2,6 @@
 
 use glam::Vec3;
 
-#[cfg(feature = "mistakes")]
-use crate::math::Rgb;
 use crate::scene::{
     bsdf::{BsdfSample, Directions, Lobe, Scatter, Transport},
     point::Point,
@@ -71,17 +69,6 @@ impl Vertex {
         let local = |w: Vec3| Vec3::new(0.0, 0.0, z.dot(w));
         self.point.bsdf.relative_ior(local(to_camera), local(to_light))
     }
-
-    /// f̂ as a walk from the light has it that takes N_s for the cosine of its own direction: a planted mistake.
-    #[cfg(feature = "mistakes")]
-    pub(super) fn without_adjoint(&self, f: Rgb, to_camera: Vec3, to_light: Vec3) -> Rgb {
-        if f == Rgb::ZERO || self.point.is_flat() {
-            return f;
-        }
-        let tilt = Tilt::at(&self.point);
-        let factor = |w| tilt.to_shading(w).factor(self.lobe);
-        f * (factor(to_camera) / factor(to_light))
-    }
 }
 
 /// Why a walk does not leave a vertex.
@@ -138,7 +125,7 @@ fn sample_tilted(
         Transport::Radiance => (before, after),
         Transport::Importance => (after, before),
     };
-    let f = scatter.f * mistake!(light.factor(lobe), NoShadingFactor => after.factor(lobe));
+    let f = scatter.f * light.factor(lobe);
     Ok(BsdfSample {
         direction: after.direction,
         lobe,

@@ -4,8 +4,6 @@ use std::ops::Range;
 
 use glam::Vec2;
 
-#[cfg(feature = "mistakes")]
-use crate::film::Crop;
 use crate::scene::camera::Sensor;
 
 /// The pixels of the image and of the padding around it.
@@ -55,12 +53,6 @@ impl Pixel {
         // Padding is a few pixels; sizes are below 2¹⁶ less this offset.
         let offset = |x: i32| (x + 16) as u32 & 0xffff;
         offset(self.y) << 16 | offset(self.x)
-    }
-
-    /// Counted from the crop's corner: a planted mistake.
-    #[cfg(feature = "mistakes")]
-    pub(super) fn within(self, crop: Crop) -> Self {
-        Self { x: self.x - crop.x0 as i32, y: self.y - crop.y0 as i32 }
     }
 
     /// Its upper left corner on the image.

@@ -33,7 +33,7 @@ impl Choice {
     /// The integer.
     #[inline(always)]
     pub fn bits(self) -> u64 {
-        mistake!(self.0, CoarseChoice => self.0 >> 40 << 40)
+        self.0
     }
 
     /// One of 0…n−1, all alike: to within n/2⁶⁴.
@@ -109,10 +109,7 @@ impl Remainder {
     /// The place as a choice of its own. It takes a long division, so it is for those who need more than they have.
     #[inline]
     pub fn rest(self) -> Choice {
-        mistake!(
-            Choice::new(((u128::from(self.offset) << 64) / u128::from(self.width)) as u64),
-            RestUnscaled => Choice::new(self.offset)
-        )
+        Choice::new(((u128::from(self.offset) << 64) / u128::from(self.width)) as u64)
     }
 }
 

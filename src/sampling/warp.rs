@@ -28,7 +28,7 @@ pub fn cosine_hemisphere(u: Vec2) -> Vec3 {
 /// Density of [`cosine_hemisphere`] for a direction with |cos θ| = `cos`.
 #[inline(always)]
 pub fn cosine_hemisphere_pdf(cos: f32) -> PdfSolidAngle {
-    PdfSolidAngle(cos * mistake!(FRAC_1_PI, NoPiInCosine => 1.0))
+    PdfSolidAngle(cos * FRAC_1_PI)
 }
 
 /// A unit vector, uniform on the sphere. Density 1/(4π).

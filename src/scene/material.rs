@@ -92,7 +92,7 @@ impl Parameters {
     /// A metal does not transmit. Between metal and glass there is no BSDF of ours: the nearer of the two is taken.
     pub fn bsdf(&self) -> Bsdf {
         let Self { base_color: color, metallic, transmission, specular, specular_color, ior, .. } = *self;
-        let alpha = mistake!(self.roughness * self.roughness, RoughnessNotSquared => self.roughness);
+        let alpha = self.roughness * self.roughness;
         if metallic < 0.5 && self.boundary == Boundary::Volume {
             return Bsdf::Dielectric(Dielectric { color, ior, alpha, transmission });
         }

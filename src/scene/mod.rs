@@ -294,14 +294,14 @@ impl Scene {
     #[inline(always)]
     fn visibility(&self, ray: &Ray, a: &Point, b: &Point, see_through: bool, alpha: impl Fn(&Hit) -> f32) -> f32 {
         let skip = [a.primitive, b.primitive];
-        if mistake!(!see_through || self.all_is_there(), OpaqueToShadows => true) {
+        if !see_through || self.all_is_there() {
             return match self.geometry.obstacle(ray, skip) {
                 Some(hit) if self.geometry.may_be_in_plane_of_end(ray, skip, &hit) && !a.is_in_one_plane_with(b) => {
                     self.visible_among_coincident(ray, a, b, alpha)
                 }
                 Some(_) => 0.0,
                 None if see_through && (a.alpha == 0.0 || b.alpha == 0.0) => 0.0,
-                None if mistake!(a.is_in_one_plane_with(b), OwnPlaneSeen => false) => 0.0,
+                None if a.is_in_one_plane_with(b) => 0.0,
                 None => 1.0,
             };
         }
@@ -415,7 +415,7 @@ impl Scene {
     #[inline(never)]
     fn absorption_amid(media: &Media, [a, b]: [&Point; 2], ab: Vec3, medium: MediumId) -> Rgb {
         let behind = |p: &Point, w: Vec3| {
-            let behind = mistake!(p.normal.dot(w) < 0.0, AbsorptionOutside => p.normal.dot(w) > 0.0);
+            let behind = p.normal.dot(w) < 0.0;
             matches!(p.bsdf, Bsdf::Dielectric(_)) && behind && media.boundary(p.material) == Boundary::Local
         };
         if behind(a, ab) {

@@ -89,7 +89,7 @@ impl Point {
         if let Some(maps) = &material.maps {
             point.resolve(geometry, maps, surface);
         }
-        if mistake!(geometry.may_be_hidden(primitive), CoveredPoints => false) {
+        if geometry.may_be_hidden(primitive) {
             point.alpha *= left_by_others(geometry, materials, primitive, surface.position);
         }
         point

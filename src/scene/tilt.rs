@@ -124,7 +124,7 @@ impl Tilt {
     #[inline(always)]
     fn map(&self, w: Vec3, to: To) -> Tilted {
         let (cos_s, cos_g) = (self.n_s.dot(w), self.n_g.dot(w));
-        if (cos_g - self.cos * cos_s).abs() <= mistake!(self.reach, TiltLeftOut => f32::INFINITY) * cos_s.abs() {
+        if (cos_g - self.cos * cos_s).abs() <= self.reach * cos_s.abs() {
             Tilted { direction: w, jacobian: 1.0, cos_shading: cos_s, cos_surface: cos_g }
         } else {
             self.bend(w, cos_s, cos_g, to)
@@ -171,11 +171,10 @@ impl Tilt {
         }
         let scale = stretch.sqrt();
         let moved = w + across * (sheared_x * scale - x) + self.n_s * (sheared_y * scale - y);
-        let of_map = match to {
+        let jacobian = match to {
             To::Shading => stretch,
             To::Surface => 1.0 / stretch,
         };
-        let jacobian = mistake!(of_map, TiltJacobian => 1.0);
         let direction = moved.normalize();
         match to {
             To::Shading => Tilted { direction, jacobian, cos_shading: self.n_s.dot(direction), cos_surface: cos_g },

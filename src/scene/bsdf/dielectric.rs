@@ -125,10 +125,10 @@ impl Dielectric {
         let (c, l) = (camera.clear, light.clear);
         let lobe = product_lobe(c.missing, l.missing, between[side(light.direction)].average);
         if side(camera.direction) == side(light.direction) {
-            mistake!((1.0 - c.crosses) * lobe, NoMultipleScattering => 0.0)
+            (1.0 - c.crosses) * lobe
         } else {
             let eta = self.relative_ior(camera.direction, light.direction);
-            mistake!(c.crosses * lobe / (eta * eta), NoMultipleScattering => 0.0)
+            c.crosses * lobe / (eta * eta)
         }
     }
 
@@ -193,8 +193,8 @@ impl Dielectric {
             let p = |w: Vec3| self.facet_probability(surface, w, f) * surface.transmission_probability(f, w.z.abs());
             // Radiance scales with η² (Veach 5.2); so does dω cos, by the differential of Snell's law.
             let eta = self.relative_ior(to_camera, to_light);
-            let value = surface.transmittance() * ((1.0 - f) / mistake!(eta * eta, NoEtaSquared => 1.0));
-            let jacobian = mistake!(cos_camera / (eta * eta * cos_light), UnitDelta => 1.0);
+            let value = surface.transmittance() * ((1.0 - f) / (eta * eta));
+            let jacobian = cos_camera / (eta * eta * cos_light);
             Scatter::delta(value, to_light, p(to_camera), p(to_light), jacobian)
         }
     }

@@ -43,8 +43,7 @@ pub(super) fn dielectric_pair(cos: f32, cos_t: f32, eta: f32) -> f32 {
 /// Unpolarised reflectance of a dielectric boundary (Fresnel's equations); 1 under total internal reflection.
 #[inline]
 pub(super) fn dielectric(cos: f32, eta: f32) -> f32 {
-    let ratio = mistake!(eta, SwappedEta => 1.0 / eta);
-    dielectric_pair(cos, refracted_cos(cos, ratio), ratio)
+    dielectric_pair(cos, refracted_cos(cos, eta), eta)
 }
 
 /// [`dielectric`] averaged over the cosine-weighted hemisphere, to 0.006 for η from 1/4 to 4: from the thin side the fit of Kulla & Conty

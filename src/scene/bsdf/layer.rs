@@ -62,15 +62,14 @@ pub(super) const MEAN_SCHLICK_WEIGHT: f32 = 1.0 / 21.0;
 /// more as it takes to get out (Kulla & Conty 2017, *Revisiting Physically Based Shading at Imageworks*). 1 for F = 1.
 #[inline]
 pub(super) fn multiple(fresnel: f32, e1: f32) -> f32 {
-    mistake!(fresnel * fresnel * e1 / (1.0 - fresnel * (1.0 - e1)), NoMultipleScattering => 0.0)
+    fresnel * fresnel * e1 / (1.0 - fresnel * (1.0 - e1))
 }
 
 /// f of a lobe c·a(camera)·a(light) whose albedo towards a direction is c·a, `average` being a's cosine-weighted mean, 1/sr
 /// (Kelemen & Szirmay-Kalos 2001): a product, hence reciprocal. What is nothing everywhere has no lobe.
 #[inline]
 pub(super) fn product_lobe(camera: f32, light: f32, average: f32) -> f32 {
-    let share = |light: f32| mistake!(light / average, UndividedProduct => light);
-    if average > 0.0 { camera * share(light) * FRAC_1_PI } else { 0.0 }
+    if average > 0.0 { camera * (light / average) * FRAC_1_PI } else { 0.0 }
 }
 
 /// Ways of sampling the direction across from `known`, weighted by about how much light each finds.

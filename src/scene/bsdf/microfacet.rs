@@ -91,8 +91,7 @@ impl Ggx {
         let (g_camera, g_light, g) = self.shadowing(to_camera, to_light);
         // The visible normals have density G1 cos_h D/cos, and dω_h/dω = 1/(4 cos_h).
         let d = 0.25 * self.d(h);
-        let p = mistake!(d, NoHalfVectorJacobian => 4.0 * cos * d);
-        Facet { cos_camera: cos, cos_light: cos, value: d * g, to_light: p * g_camera, to_camera: p * g_light }
+        Facet { cos_camera: cos, cos_light: cos, value: d * g, to_light: d * g_camera, to_camera: d * g_light }
     }
 
     /// The facet that refracts one direction into the other, across indices `eta_camera` and `eta_light`

@@ -55,7 +55,7 @@ impl Transmitting {
     /// The transmittance of the base, without the interface.
     #[inline]
     pub fn transmittance(self) -> Rgb {
-        self.color * mistake!(self.transmission, DimGlass => 0.95 * self.transmission)
+        self.color * self.transmission
     }
 
     /// The fraction of plastic.

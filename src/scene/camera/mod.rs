@@ -210,7 +210,7 @@ impl Camera {
     pub fn pdf_lens(&self) -> PdfArea {
         match self.projection {
             Projection::Pinhole | Projection::Orthographic => PdfArea(1.0),
-            Projection::ThinLens { radius, .. } => PdfArea(mistake!(1.0, LensTwice => 2.0) / (PI * radius * radius)),
+            Projection::ThinLens { radius, .. } => PdfArea(1.0 / (PI * radius * radius)),
         }
     }
 
@@ -249,7 +249,7 @@ impl Camera {
         let pixel = 1.0 / (self.pixel * self.pixel);
         let film = pixel / self.sensor.padded_pixels() as f32;
         let cos3 = cos * cos * cos;
-        let cos4 = (cos * cos) * mistake!(cos * cos, CosineCubed => cos);
+        let cos4 = (cos * cos) * (cos * cos);
         let (we, pdf) = match self.projection {
             Projection::Pinhole => (pixel / cos4, film / cos3),
             Projection::ThinLens { radius, .. } => (pixel / (PI * radius * radius * cos4), film / cos3),

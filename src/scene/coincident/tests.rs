@@ -6,7 +6,7 @@ use crate::{
     scene::{
         Scene,
         camera::{Camera, Sensor},
-        geometry::{BuildEffort, Geometry, Mesh, Placement, PrimitiveId},
+        geometry::{BuildEffort, Geometry, Mesh, Placement, PrimitiveId, Ray},
         material::{BackFaces, Coverage, Material, MaterialId},
         point::Point,
     },
@@ -256,6 +256,46 @@ fn instances_that_touch_coincide() {
     let mesh = g.add_mesh(mesh);
     g.add_instance(mesh, place(DVec3::ZERO, 1.0));
     assert_eq!(trace(&scene_of(g), -1.0).material.0, LAMP);
+}
+
+/// A quick look never takes what lies in the plane that a ray leaves for something met, as far apart as the two may be.
+#[test]
+fn what_lies_in_the_plane_that_a_ray_leaves_gets_a_closer_look() {
+    let mut r = StdRng::seed_from_u64(11);
+    let mut looked = 0;
+    for _ in 0..2000 {
+        let plane = Tilted::new(&mut r);
+        let corners = [DVec2::new(-1.0, -1.0), DVec2::new(1.0, -1.0), DVec2::new(0.0, 1.5)];
+        let card = |height: f64| corners.map(|p| plane.place(p, height).as_vec3());
+        let mut alone = Geometry::default();
+        alone.add_triangles(&card(0.0), None, &[[0, 1, 2]], MaterialId(OPAQUE));
+        let q = scene_of(alone).point_on(PrimitiveId::world(0), Vec2::splat(0.3));
+        let error = f64::from(q.error * q.normal.abs().element_sum()) / plane.scale;
+        let height = error * (r.random::<f64>() * 4.0 - 2.0);
+        let mut g = Geometry::default();
+        g.add_triangles(&card(0.0), None, &[[0, 1, 2]], MaterialId(OPAQUE));
+        g.add_triangles(&card(height), None, &[[0, 1, 2]], MaterialId(OPAQUE));
+        let scene = scene_of(g);
+        let g = scene.geometry();
+        let left = PrimitiveId::world(0);
+        let Some(its_plane) = g.shared_plane(left, q.position) else { continue };
+        // From where an origin is moved to, and from the surface itself: other roundings may leave it there.
+        let towards = DVec3::new(r.random::<f64>() - 0.5, r.random::<f64>() - 0.5, height.signum() * r.random::<f64>());
+        let direction = (plane.turn * towards).normalize().as_vec3();
+        for origin in [q.ray_origin(direction), q.position] {
+            let ray = Ray { origin, direction, t_max: f32::INFINITY };
+            if let Some(hit) = g.closest(&ray, left)
+                && g.is_in(&its_plane, &hit)
+            {
+                looked += 1;
+                assert!(!g.is_met_first(&ray, left, &hit), "{height} errors apart: {hit:?}");
+                let [from, to] = [ray, Ray { t_max: 2.0 * hit.t, ..ray }];
+                assert!(g.may_be_in_plane_of_end(&from, [left, PrimitiveId::NONE], &hit));
+                assert!(g.may_be_in_plane_of_end(&to, [PrimitiveId::NONE, left], &hit));
+            }
+        }
+    }
+    assert!(looked > 300, "{looked}");
 }
 
 /// Ten thousand cards on top of each other: a triangle with too many boxes counts as hidden everywhere.

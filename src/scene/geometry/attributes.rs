@@ -40,7 +40,7 @@ pub struct Interpolation<'a> {
 /// The tangent `t` where `m` takes it; zero stays zero. It goes with the surface, but a mirror turns N × T against the image's up,
 /// and so the sign turns.
 pub fn moved_tangent(m: DMat3, t: Vec4) -> Vec4 {
-    let sign = mistake!(1.0_f64.copysign(m.determinant()) as f32, TangentNotMirrored => 1.0);
+    let sign = 1.0_f64.copysign(m.determinant()) as f32;
     (m * t.truncate().as_dvec3()).normalize_or_zero().as_vec3().extend(sign * t.w)
 }
 

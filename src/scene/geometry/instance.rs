@@ -124,8 +124,7 @@ impl Instance {
         let world = self.placement.to_world.transform_point3(object);
         let error = self.placement.rounding(object.as_vec3(), world).max_element() as f32;
         let cofactors = self.placement.to_object.matrix3.transpose();
-        let front = mistake!(1.0, MirroredFront => cofactors.determinant().signum());
-        let normal = (cofactors * triangle.cross() * front).try_normalize();
+        let normal = (cofactors * triangle.cross()).try_normalize();
         let normal = normal.map_or(Vec3::Z, |n| n.as_vec3());
         let corners = mesh.corner_normals(index).map(|corners| corners.map(|n| self.normal(n)));
         let shading_normal = shading_normal(corners, b, normal);

@@ -11,7 +11,7 @@ use glam::Vec3;
 /// from there does not meet the surface it leaves, at any scale. Offset both ends of a connection.
 #[inline(always)]
 pub fn offset_origin(position: Vec3, normal: Vec3, error: f32, direction: Vec3) -> Vec3 {
-    let distance = mistake!(error * normal.abs().element_sum(), ConstantOffset => 1e-4);
+    let distance = error * normal.abs().element_sum();
     let offset = normal * distance.copysign(normal.dot(direction));
     let moved = position + offset;
     // One float or two: ε|p| is at least the distance to the next, and the smallest number of all where p is 0.

@@ -106,7 +106,7 @@ impl EmissionMap {
     pub fn density(&self, b: Vec2) -> f32 {
         let Some(cells) = &self.cells else { return 1.0 };
         let probability = cells.probability(Cell::around(b, self.n).index(self.n) as usize);
-        mistake!(probability * (self.n * self.n) as f32, EvenEmitter => 1.0)
+        probability * (self.n * self.n) as f32
     }
 }
 

@@ -84,7 +84,7 @@ impl EnvironmentMap {
 
         let angle = |row: usize| std::f64::consts::PI * (row as f64 + 0.5) / height as f64;
         let from_pole: Vec<_> = (0..height).map(|row| 2.0 * (0.5 * angle(row)).sin().powi(2)).collect();
-        let (sin, cos) = f64::from(mistake!(rotation, EnvironmentBackwards => -rotation)).sin_cos();
+        let (sin, cos) = f64::from(rotation).sin_cos();
         let mut map = Self {
             width,
             height,
@@ -115,8 +115,7 @@ impl EnvironmentMap {
             let sum: f64 = cells.iter().sum();
             let top = if band == 0 { 0.0 } else { from_pole[band - 1] };
             let bottom = if band == self.height { 2.0 } else { from_pole[band] };
-            let height = mistake!(bottom - top, EnvironmentNoSine => 2.0 / (self.height + 1) as f64);
-            band_integrals.push(sum * height * std::f64::consts::TAU / self.width as f64);
+            band_integrals.push(sum * (bottom - top) * std::f64::consts::TAU / self.width as f64);
         }
         divide(&band_integrals, &mut self.bands);
         let integral: f64 = band_integrals.iter().sum();

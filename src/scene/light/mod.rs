@@ -193,7 +193,7 @@ impl Lights {
                 let front = point.normal.dot(w);
                 if front > 0.0 || (front < 0.0 && *sides == EmissionSides::Both) { point.emission } else { Rgb::ZERO }
             }
-            Light::Point { intensity, .. } => mistake!(*intensity, BrightPoint => 1.01 * *intensity),
+            Light::Point { intensity, .. } => *intensity,
             Light::Spot(spot) => spot.intensity_towards(w),
             Light::Directional { irradiance, .. } => *irradiance,
             Light::Environment { radiance } => *radiance,
@@ -233,8 +233,7 @@ impl Lights {
             _ => self.choose_at(from, choice, nth)?,
         };
         let point = self.sample_position(geometry, materials, id, u, rest);
-        let times = mistake!(1.0, LightsTwice => self.lights.len() as f32);
-        let pdf = PdfArea(self.pdf_on(id, &point, mistake!(probability, NoLightChoice => 1.0)).0 / times);
+        let pdf = self.pdf_on(id, &point, probability);
         (pdf > PdfArea::ZERO).then_some((point, pdf))
     }
 
@@ -252,7 +251,7 @@ impl Lights {
     #[inline(always)]
     pub fn pdf_position(&self, point: &Point) -> PdfArea {
         let Some(id) = point.light else { return PdfArea::ZERO };
-        self.pdf_on(id, point, mistake!(self.choice.probability(id.index()), NoLightChoice => 1.0))
+        self.pdf_on(id, point, self.choice.probability(id.index()))
     }
 
     /// The density of `point` on the light `id`, which is chosen with the probability `choice`.
@@ -276,16 +275,13 @@ impl Lights {
                 let cos = point.normal.dot(w);
                 match sides {
                     EmissionSides::Front => warp::cosine_hemisphere_pdf(cos.max(0.0)),
-                    EmissionSides::Both => {
-                        let side = mistake!(0.5, BothSidesAsOne => 1.0);
-                        PdfSolidAngle(side * warp::cosine_hemisphere_pdf(cos.abs()).0)
-                    }
+                    EmissionSides::Both => PdfSolidAngle(0.5 * warp::cosine_hemisphere_pdf(cos.abs()).0),
                 }
             }
             Light::Point { .. } => PdfSolidAngle(0.25 * FRAC_1_PI),
             Light::Spot(spot) => spot.pdf(w),
             Light::Directional { .. } | Light::Environment { .. } | Light::EnvironmentMap(_) => {
-                PdfSolidAngle(mistake!(FRAC_1_PI, SunDiskWithoutPi => 1.0) / (self.radius * self.radius))
+                PdfSolidAngle(FRAC_1_PI / (self.radius * self.radius))
             }
         }
     }

@@ -302,7 +302,7 @@ impl LightTree {
         let mut content = self.root;
         while let Content::Halves(i) = content {
             let halves = &self.halves[i as usize];
-            let first = mistake!(first_of(width, halves, &at), FairTree => width / 2);
+            let first = first_of(width, halves, &at);
             width = if way & 1 == 0 { first } else { width - first };
             content = halves[(way & 1) as usize].content;
             way >>= 1;

@@ -352,7 +352,7 @@ impl Media {
     /// passes.
     pub fn settle(&self, bsdf: &mut Bsdf, material: MaterialId, [front, behind]: [MediumId; 2]) {
         let Bsdf::Dielectric(boundary) = bsdf else { return };
-        let before = mistake!(self.ior(front), IndexAgainstVacuum => 1.0);
+        let before = self.ior(front);
         let ratio = |behind: f32| if before > 0.0 { behind / before } else { behind };
         match self.boundary(material) {
             Boundary::Body(_) if front == behind => {

@@ -72,7 +72,7 @@ impl Inside {
     /// medium that the walk has come through.
     pub fn arrive(&mut self, scene: &Scene, media: &Media, point: &mut Point, w: Vec3) -> MediumId {
         let toward = point.normal.dot(w);
-        let leaves = mistake!(toward > 0.0, AbsorptionOutside => toward < 0.0);
+        let leaves = toward > 0.0;
         let boundary = media.boundary(point.material);
         if let Boundary::Body(body) = boundary
             && leaves
@@ -91,12 +91,11 @@ impl Inside {
     #[inline(always)]
     fn look_beyond(&mut self, scene: &Scene, media: &Media, point: &Point, w: Vec3, boundary: Boundary) -> MediumId {
         let toward = point.normal.dot(w);
-        let leaves = mistake!(toward > 0.0, AbsorptionOutside => toward < 0.0);
-        let exits = mistake!(leaves, ExitKept => false);
+        let leaves = toward > 0.0;
         let transmits = || matches!(point.bsdf, Bsdf::Dielectric(_) | Bsdf::Thin(_));
         match boundary {
             Boundary::Body(body) if !media.meet => {
-                let change = if exits { -1 } else { 1 };
+                let change = if leaves { -1 } else { 1 };
                 self.beyond = Beyond::Changed(body, change);
                 self.within.medium_after(body, change)
             }
@@ -107,7 +106,7 @@ impl Inside {
             _ => {
                 self.beyond = Beyond::Other;
                 self.other = self.within;
-                self.cross(scene, media, point, w, exits);
+                self.cross(scene, media, point, w, leaves);
                 self.other.medium()
             }
         }

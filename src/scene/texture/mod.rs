@@ -181,7 +181,7 @@ fn table(encoding: Encoding) -> &'static [f32; 256] {
     static SRGB: LazyLock<[f32; 256]> = LazyLock::new(|| std::array::from_fn(|i| srgb_to_linear(i as f32 / 255.0)));
     static LINEAR: LazyLock<[f32; 256]> = LazyLock::new(|| std::array::from_fn(|i| i as f32 / 255.0));
     match encoding {
-        Encoding::Srgb => mistake!(&SRGB, SrgbUndecoded => &LINEAR),
+        Encoding::Srgb => &SRGB,
         Encoding::Linear => &LINEAR,
     }
 }
