@@ -1,7 +1,7 @@
 //! `cargo bench --bench parts`: the parts of a sample, each on its own. Compare figures of one run only.
 //!
-//! In a render they are compiled for the processor's own instructions, and run in each other's shadow; here they are not. So these
-//! figures say which part a change made slower, and not what a render takes.
+//! In a render they are compiled for the processor's own instructions, and run in each other's shadow; here they are
+//! not. So these figures say which part a change made slower, and not what a render takes.
 
 use std::hint::black_box;
 

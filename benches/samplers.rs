@@ -1,8 +1,8 @@
 //! `cargo bench --bench samplers`: what the Sobol sampler saves against independent numbers, by scene and integrator.
 //!
-//! Variances per pixel come from replicates with seeds of their own, and need no reference; rounds are interleaved. `variance` is
-//! the ratio of the variances relative to each pixel's squared mean, averaged over the image; `median` is the median pixel's
-//! ratio, which no firefly moves; `seconds` the ratio of times. Below one, Sobol is better.
+//! Variances per pixel come from replicates with seeds of their own, and need no reference; rounds are interleaved.
+//! `variance` is the ratio of the variances relative to each pixel's squared mean, averaged over the image; `median` is
+//! the median pixel's ratio, which no firefly moves; `seconds` the ratio of times. Below one, Sobol is better.
 
 #![allow(clippy::print_stdout)] // the report of a benchmark
 

@@ -1,7 +1,7 @@
 //! `cargo bench`: rays and samples per second by integrator, and error against time on the two caustic scenes.
 //!
-//! Rounds are interleaved, so that a noisy machine is fair to all, and every figure is the median of several. Compare figures
-//! of one run only.
+//! Rounds are interleaved, so that a noisy machine is fair to all, and every figure is the median of several. Compare
+//! figures of one run only.
 
 #![allow(clippy::print_stdout)] // the report of a benchmark
 
@@ -70,7 +70,8 @@ fn convergence(name: &str) {
             for (kind, figures) in KINDS.into_iter().zip(&mut figures) {
                 let settings = Settings { integrator: kind, seed: round as u64, ..Settings::new(SENSOR) };
                 let (renderer, seconds) = render(&scene, &settings, spp);
-                // (A − B)/2 over half images is an error of the mean; of an image and its reference it is half the error.
+                // (A − B)/2 over half images is an error of the mean; of an image and its reference it is half the
+                // error.
                 figures.push((seconds, 4.0 * half_image_rel_mse(&renderer.film().image(spp), &reference)));
             }
         }

@@ -1,6 +1,6 @@
-//! `cargo run --release --example contact_sheet -- FOLDER OUT.png [SPP]`: every model below a folder, rendered by bdpt under a white
-//! sky and its own lights, in one picture. A text file beside it names them in reading order, and what each was refused for or
-//! did not get. Refused models leave their tile grey.
+//! `cargo run --release --example contact_sheet -- FOLDER OUT.png [SPP]`: every model below a folder, rendered by bdpt
+//! under a white sky and its own lights, in one picture. A text file beside it names them in reading order, and what
+//! each was refused for or did not get. Refused models leave their tile grey.
 
 #![allow(clippy::print_stdout, clippy::print_stderr)] // a tool that talks to whoever runs it
 

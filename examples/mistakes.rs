@@ -2,9 +2,10 @@
 //!
 //! `cargo run --release --example mistakes -- [NAME…|--all|--ci|--list]`
 //!
-//! `tests/mistakes.toml` lists them. This copies the project to `target/mistakes`, puts a switch at each place, builds what the tests
-//! need once, checks that they are green with every switch off, and then turns on one mistake after the other. The exit code is 1 if
-//! one was missed. `--ci` tries those that tests of the library see, which takes little more than one build.
+//! `tests/mistakes.toml` lists them. This copies the project to `target/mistakes`, puts a switch at each place, builds
+//! what the tests need once, checks that they are green with every switch off, and then turns on one mistake after the
+//! other. The exit code is 1 if one was missed. `--ci` tries those that tests of the library see, which takes little
+//! more than one build.
 
 #![allow(clippy::print_stdout, clippy::print_stderr)] // a program of its own, which talks to the terminal
 
@@ -200,8 +201,8 @@ impl Place {
     }
 }
 
-/// Makes `tree` a copy of the project with these files instead of its own. What stays the same is not written, so that nothing is built
-/// twice.
+/// Makes `tree` a copy of the project with these files instead of its own. What stays the same is not written, so that
+/// nothing is built twice.
 fn copy(root: &Path, tree: &Path, folder: &Path, instead: &BTreeMap<PathBuf, String>) -> io::Result<()> {
     let is_left_out = |path: &Path| ["target", ".git", "fuzz"].map(Path::new).contains(&path);
     fs::create_dir_all(tree.join(folder))?;

@@ -15,12 +15,14 @@ pub enum Metric {
     Mse,
     /// (I − R)²/(R² + 0.01): an error counts by how much it is of what is there (Rousselle et al. 2011).
     RelMse,
-    /// The same without the worst 0.1 % of pixels, on which a few fireflies would decide. It hides caustics that are missing.
+    /// The same without the worst 0.1 % of pixels, on which a few fireflies would decide. It hides caustics that are
+    /// missing.
     RelMseTrimmed,
     /// |I − R|/(R + 0.01): the mean absolute percentage error.
     Mape,
-    /// How different the two look on a display, alternated at 67 pixels a degree (Andersson et al. 2020, *FLIP: A Difference Evaluator for
-    /// Alternating Images*): from 0 to 1. Both at the reference's automatic exposure, as 8-bit sRGB. With the feature `flip`.
+    /// How different the two look on a display, alternated at 67 pixels a degree (Andersson et al. 2020, *FLIP: A
+    /// Difference Evaluator for Alternating Images*): from 0 to 1. Both at the reference's automatic exposure, as 8-bit
+    /// sRGB. With the feature `flip`.
     #[cfg(feature = "flip")]
     Flip,
 }
@@ -92,8 +94,8 @@ const EPSILON: f64 = 0.01;
 /// One pixel in so many is trimmed.
 const TRIMMED: usize = 1000;
 
-/// By how much `image` is brighter than `reference` in the mean of its luminance, as a part of that; 0 if both are black, infinite if only
-/// the reference is.
+/// By how much `image` is brighter than `reference` in the mean of its luminance, as a part of that; 0 if both are
+/// black, infinite if only the reference is.
 pub fn brightness_difference(image: &Image, reference: &Image) -> f64 {
     let [i, r] = [image, reference].map(|image| f64::from(luminance(image.mean())));
     if i == r { 0.0 } else { i / r - 1.0 }

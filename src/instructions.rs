@@ -1,4 +1,5 @@
-//! Which instructions the processor has: found when the program runs, so that one binary is right everywhere and fast on what is common.
+//! Which instructions the processor has: found when the program runs, so that one binary is right everywhere and fast
+//! on what is common.
 //!
 //! Nothing is fused or reordered by them. Results are the same to the last bit with and without.
 
@@ -23,7 +24,8 @@ impl Instructions {
     }
 }
 
-/// AVX2 and the bit counts of its time, on a processor that has them: the features `avx2`, `bmi1`, `bmi2`, `lzcnt` and `popcnt`.
+/// AVX2 and the bit counts of its time, on a processor that has them: the features `avx2`, `bmi1`, `bmi2`, `lzcnt` and
+/// `popcnt`.
 #[cfg(target_arch = "x86_64")]
 #[derive(Clone, Copy, Debug)]
 pub struct Avx2(());

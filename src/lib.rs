@@ -1,8 +1,8 @@
 //! pathspace: a physically based renderer built on the path-space form of the rendering equation.
 //!
 //! Its one concept is the *path*: a list of vertices p̄ = p_0 p_1 … p_n from the lens to a light, with an area-measure
-//! throughput T(p̄) and a geometry term G. Path tracing, light tracing and bidirectional path tracing are tables that say how
-//! often each strategy (s,t) samples such paths; [`path`] is the core that they share.
+//! throughput T(p̄) and a geometry term G. Path tracing, light tracing and bidirectional path tracing are tables that
+//! say how often each strategy (s,t) samples such paths; [`path`] is the core that they share.
 //!
 //! # A path by hand
 //!
@@ -47,7 +47,8 @@
 //!     println!("p_{strategy} = {:.5}", path.pdf(strategy));
 //! }
 //!
-//! // The floor is Lambertian, so T = f G = 0.8/π G; and the lamp is chosen and sampled uniformly in (0,2), (1,2) and (2,1).
+//! // The floor is Lambertian, so T = f G = 0.8/π G; and the lamp is chosen and sampled uniformly in (0,2), (1,2) and
+//! // (2,1).
 //! let expected = 0.8 / std::f64::consts::PI * path.geometry_term(1);
 //! assert!((path.throughput().x / expected - 1.0).abs() < 1e-5);
 //! assert_eq!(path.class().to_string(), "CDL");

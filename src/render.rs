@@ -148,7 +148,8 @@ impl<'a> Renderer<'a> {
         Sums { film: &self.film, coverage: self.coverage.as_ref(), layers }
     }
 
-    /// Makes `first` the next pass: what comes is a part of a longer render, whose other parts have the passes before and after.
+    /// Makes `first` the next pass: what comes is a part of a longer render, whose other parts have the passes before
+    /// and after.
     ///
     /// # Panics
     /// If there is a pass already.
@@ -176,8 +177,8 @@ impl<'a> Renderer<'a> {
         self.pass_of(self.keep);
     }
 
-    /// The same with only those paths deposited for which `keep` holds, in place of [`Renderer::keeping`]: a predicate on paths makes an
-    /// image of its own.
+    /// The same with only those paths deposited for which `keep` holds, in place of [`Renderer::keeping`]: a predicate
+    /// on paths makes an image of its own.
     pub fn pass_where(&mut self, keep: &Predicate<'_>) {
         self.pass_of(Some(keep));
     }
@@ -188,8 +189,8 @@ impl<'a> Renderer<'a> {
         self.passes.end += 1;
     }
 
-    /// A pass whose paths go to collectors of one's own instead of the film: `new` makes one for each task. They are returned in
-    /// the order of tasks, which no number of threads changes.
+    /// A pass whose paths go to collectors of one's own instead of the film: `new` makes one for each task. They are
+    /// returned in the order of tasks, which no number of threads changes.
     pub fn pass_into<C: Collector + Send>(&mut self, new: impl Fn() -> C + Sync) -> Vec<C> {
         let collectors = self.run(|_| new());
         self.passes.end += 1;

@@ -1,6 +1,6 @@
-//! Tests of equal means: Welch's t over the whole image's channels and its tiles' luminances, with Šidák's correction for their
-//! number.
-//! Variances come from independent replicates (renders with seeds of their own), never from the spread inside a tile.
+//! Tests of equal means: Welch's t over the whole image's channels and its tiles' luminances, with Šidák's correction
+//! for their number. Variances come from independent replicates (renders with seeds of their own), never from the
+//! spread inside a tile.
 
 use std::fmt;
 
@@ -164,12 +164,14 @@ impl fmt::Display for Comparison {
     }
 }
 
-/// The probability that any of `count` independent tests has a p-value below `p` (Šidák): 1 − (1 − p)^count, without losing small p.
+/// The probability that any of `count` independent tests has a p-value below `p` (Šidák): 1 − (1 − p)^count, without
+/// losing small p.
 pub fn any_of(p: f64, count: f64) -> f64 {
     -(count * (-p).ln_1p()).exp_m1()
 }
 
-/// The significance for each of `count` independent tests so that any fails with the probability `significance` (Šidák).
+/// The significance for each of `count` independent tests so that any fails with the probability `significance`
+/// (Šidák).
 pub fn each_of(significance: f64, count: f64) -> f64 {
     -((-significance).ln_1p() / count).exp_m1()
 }

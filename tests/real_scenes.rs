@@ -1,5 +1,5 @@
-//! Models that nobody here made, each under a white sky and its own lights: finite, not black, and the same by path tracing and
-//! by bidirectional path tracing. What must be refused is refused, with the sentence that stands here.
+//! Models that nobody here made, each under a white sky and its own lights: finite, not black, and the same by path
+//! tracing and by bidirectional path tracing. What must be refused is refused, with the sentence that stands here.
 
 #![allow(clippy::print_stdout, clippy::print_stderr)] // a test says what it measured, and what it could not look at
 
@@ -121,7 +121,8 @@ fn every_model_is_the_same_by_path_tracing_and_by_bdpt() {
                 continue;
             }
         };
-        // Path tracing does not find the caustics of lights without an extent, nor shows through what it cannot connect.
+        // Path tracing does not find the caustics of lights without an extent, nor shows through what it cannot
+        // connect.
         let table = Integrator::new(IntegratorKind::Path, SENSOR, DEPTH, Settings::new(SENSOR).roulette);
         let deltas = scene.materials().iter().any(|m| m.bsdf.delta_count() > 0);
         let covered_alone = deltas && !scene.lights().all().iter().all(Light::has_extent);

@@ -1,8 +1,10 @@
-//! `cargo bench --bench rays`: rays per second against Embree's single-ray queries, on the same meshes and rays, by one thread.
+//! `cargo bench --bench rays`: rays per second against Embree's single-ray queries, on the same meshes and rays, by one
+//! thread.
 //!
-//! `EMBREE_LIBRARY` names Embree 4's shared library; the wheel `embreex==4.4.0` holds one (`embreex.libs/libembree4*.so*`). Without it
-//! there is nothing to compare with, and only our own figures are printed. Rounds are interleaved; a figure is the median. Compare
-//! figures of one run only. Arguments choose meshes (`cornell`, `interior`, `terrain`) or the count of leaks (`leaks`).
+//! `EMBREE_LIBRARY` names Embree 4's shared library; the wheel `embreex==4.4.0` holds one
+//! (`embreex.libs/libembree4*.so*`). Without it there is nothing to compare with, and only our own figures are printed.
+//! Rounds are interleaved; a figure is the median. Compare figures of one run only. Arguments choose meshes (`cornell`,
+//! `interior`, `terrain`) or the count of leaks (`leaks`).
 
 #![allow(clippy::print_stdout)] // the report of a benchmark
 

@@ -17,7 +17,8 @@ pub fn png(side: u32, pixel: impl Fn(u32, u32) -> [u8; 3]) -> Vec<u8> {
     bytes
 }
 
-/// An equirectangular Radiance file, 2·`height` pixels wide; `radiance` takes u to the right and v downwards, in (0, 1).
+/// An equirectangular Radiance file, 2·`height` pixels wide; `radiance` takes u to the right and v downwards, in (0,
+/// 1).
 pub fn sky(height: usize, radiance: impl Fn(f64, f64) -> [f64; 3]) -> Vec<u8> {
     let width = 2 * height;
     let middle = |i: usize, n: usize| (i as f64 + 0.5) / n as f64;
@@ -28,8 +29,8 @@ pub fn sky(height: usize, radiance: impl Fn(f64, f64) -> [f64; 3]) -> Vec<u8> {
     bytes
 }
 
-/// A wall of `rows` courses of bricks, each shifted by half a brick: the number of the brick at pixel `[x, y]` of a square
-/// image of `side`, and the slopes there, which are 0 on the face of a brick and ±1 in the joints.
+/// A wall of `rows` courses of bricks, each shifted by half a brick: the number of the brick at pixel `[x, y]` of a
+/// square image of `side`, and the slopes there, which are 0 on the face of a brick and ±1 in the joints.
 pub fn brick([x, y]: [u32; 2], side: u32, rows: u32) -> (u32, [i32; 2]) {
     let height = side / rows;
     let course = y / height;

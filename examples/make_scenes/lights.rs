@@ -6,8 +6,8 @@ use crate::{
     shapes::{self, Mesh, V3, along, block, facing_quad, papered_quad, quad, unit},
 };
 
-/// Veach's plates for multiple importance sampling (his figure 9.2): four metal plates from nearly smooth to rough, each turned so
-/// that it shows the camera four lights of one power and four sizes.
+/// Veach's plates for multiple importance sampling (his figure 9.2): four metal plates from nearly smooth to rough,
+/// each turned so that it shows the camera four lights of one power and four sizes.
 pub fn mis_plates() -> Vec<u8> {
     let eye = [0.0, 2.0, 15.0];
     let mut scene = Builder::new(Camera {
@@ -94,7 +94,8 @@ pub fn many_lights() -> Vec<u8> {
     scene.finish()
 }
 
-/// A room with a normal-mapped brick wall, a floor of tiles of differing roughness, papered walls, and a screen that shines.
+/// A room with a normal-mapped brick wall, a floor of tiles of differing roughness, papered walls, and a screen that
+/// shines.
 pub fn textured_room() -> Vec<u8> {
     const SIDE: u32 = 128;
     let mut scene = Builder::new(Camera {
@@ -232,7 +233,8 @@ pub fn outdoor_sky() -> Vec<u8> {
     })
 }
 
-/// Clear and frosted glass, rough and polished metal, under lamps without extent: path tracing cannot see their caustics at all.
+/// Clear and frosted glass, rough and polished metal, under lamps without extent: path tracing cannot see their
+/// caustics at all.
 pub fn glass_and_metal() -> Vec<u8> {
     let mut scene = Builder::new(Camera {
         position: [0.0, 2.2, 5.2],

@@ -37,12 +37,13 @@ pub struct CompareArgs {
     #[arg(long, value_name = "R")]
     reference: Option<PathBuf>,
 
-    /// Write A minus B: .exr as it is, .png in colours (white: equal, red: A is brighter, blue: B is); may be given several times
+    /// Write A minus B: .exr as it is, .png in colours (white: equal, red: A is brighter, blue: B is); may be given
+    /// several times
     #[arg(short, long, value_name = "DIFF")]
     output: Vec<PathBuf>,
 
-    /// Exit with 1 if this error of A, or with --reference of A or B, is above X; may be given several times. METRIC is mse, relmse,
-    /// relmse-trimmed, mape, or flip (at the reference's automatic exposure)
+    /// Exit with 1 if this error of A, or with --reference of A or B, is above X; may be given several times. METRIC is
+    /// mse, relmse, relmse-trimmed, mape, or flip (at the reference's automatic exposure)
     #[arg(long, value_name = "METRIC=X", value_parser = values::bound)]
     fail_above: Vec<(Metric, f64)>,
 

@@ -41,7 +41,8 @@ pub struct MergeArgs {
     #[arg(long)]
     partial: bool,
 
-    /// Write exact sums, to be merged with others, instead of an image: a shard, of which the samples have to be one range
+    /// Write exact sums, to be merged with others, instead of an image: a shard, of which the samples have to be one
+    /// range
     #[arg(long, conflicts_with_all = ["partial", "exposure"])]
     as_shard: bool,
 
@@ -140,7 +141,8 @@ impl Product {
         }
         if missing.count() > 0 && !args.partial {
             return Err(Failure::input(format!(
-                "of the samples 0 to {} there are none of the numbers {missing} in these files (--partial merges what is there)",
+                "of the samples 0 to {} there are none of the numbers {missing} in these files (--partial merges what \
+                 is there)",
                 set.whole - 1
             )));
         }

@@ -18,12 +18,13 @@ const CELL: u32 = 4;
 /// Regions along each side of the image.
 const REGIONS: u32 = 4;
 
-/// The probability of regions' mean luminances that differ as much as these, or more, if both images have the same expectation: by
-/// Student's t over each of 4 × 4 regions, and Bonferroni's bound over all. The variance of a cell of 4 × 4 pixels is that of its halves,
-/// ((even − odd)/2)². `None` if both images count as exact, or are smaller than 16 pixels along a side.
+/// The probability of regions' mean luminances that differ as much as these, or more, if both images have the same
+/// expectation: by Student's t over each of 4 × 4 regions, and Bonferroni's bound over all. The variance of a cell of 4
+/// × 4 pixels is that of its halves, ((even − odd)/2)². `None` if both images count as exact, or are smaller than 16
+/// pixels along a side.
 ///
-/// The two have to be independent: renders with one seed share their noise, and seem more alike than they are. Noise of which
-/// few samples know (fireflies, caustics by chance) makes variances too small and the answer too sure.
+/// The two have to be independent: renders with one seed share their noise, and seem more alike than they are. Noise of
+/// which few samples know (fireflies, caustics by chance) makes variances too small and the answer too sure.
 ///
 /// # Panics
 /// If the images or halves differ in size.
@@ -113,7 +114,8 @@ mod tests {
         let pairs: Vec<_> = (0..200).map(|i| p(&noisy(2 * i, 1.0), &noisy(2 * i + 1, 1.0))).collect();
         let below = |bound: f64| pairs.iter().filter(|p| **p < bound).count();
         assert!(below(0.05) <= 20 && below(0.5) >= 40, "{} and {}", below(0.05), below(0.5));
-        // A region has 192 pixels of 8 numbers with a relative deviation of 0.58: 1.5 % of noise, of a difference 2.1 %.
+        // A region has 192 pixels of 8 numbers with a relative deviation of 0.58: 1.5 % of noise, of a difference 2.1
+        // %.
         let biased: Vec<_> = (0..20).map(|i| p(&noisy(2 * i, 1.0), &noisy(2 * i + 1, 1.1))).collect();
         assert!(biased.iter().all(|p| *p < 1e-3), "{biased:?}");
     }

@@ -1,7 +1,8 @@
 //! How fast integrators converge on a scene: their errors against one reference, with samples and with time.
 //!
-//! Integrators take passes in turn, always the one that has had the least of the budget: whatever slows the machine for a while
-//! slows all of them. Errors are measured outside the clock, whenever the number of passes is a power of two and at the end.
+//! Integrators take passes in turn, always the one that has had the least of the budget: whatever slows the machine for
+//! a while slows all of them. Errors are measured outside the clock, whenever the number of passes is a power of two
+//! and at the end.
 
 use std::{
     fmt,
@@ -164,8 +165,8 @@ impl fmt::Display for Stage {
 /// Who hears how far it is, and may end it.
 type Hear<'a> = &'a mut dyn FnMut(Stage) -> ControlFlow<()>;
 
-/// Measures the plan's integrators on a scene, on the current rayon pool, against `given` or a bdpt run of its own. `hear` is told how far it
-/// is after every pass, and may end it: what is there by then is reported.
+/// Measures the plan's integrators on a scene, on the current rayon pool, against `given` or a bdpt run of its own.
+/// `hear` is told how far it is after every pass, and may end it: what is there by then is reported.
 ///
 /// # Errors
 /// If the layers cannot be made.

@@ -1,17 +1,19 @@
-//! Checkpoints and shards: the film's exact sums as OpenEXR files, so that a render can be stopped, continued and put together
-//! from parts without a bit changing.
+//! Checkpoints and shards: the film's exact sums as OpenEXR files, so that a render can be stopped, continued and put
+//! together from parts without a bit changing.
 //!
-//! Such a file is an ordinary OpenEXR image of uncompressed 32-bit unsigned integers. A sum is written with 96 bits of two's complement
-//! in three channels, `even.R.high`, `even.R.low` and `even.R.fine` for the red of the half image of the even passes, and so on, of which
-//! the first two count the quanta of `pathspace.state.quantum`; with a transparent background
-//! `coverage.all` and `coverage.hit` of 64 bits join them, and `layer.NAME.even.R` and so on for each layer.
+//! Such a file is an ordinary OpenEXR image of uncompressed 32-bit unsigned integers. A sum is written with 96 bits of
+//! two's complement in three channels, `even.R.high`, `even.R.low` and `even.R.fine` for the red of the half image of
+//! the even passes, and so on, of which the first two count the quanta of `pathspace.state.quantum`; with a transparent
+//! background `coverage.all` and `coverage.hit` of 64 bits join them, and `layer.NAME.even.R` and so on for each layer.
 //!
-//! A sum that needs other bits is zero there, and an entry of a table: its number among the sums of light in the order of their names, that of
-//! its pixel, and its 320 bits in units of 2⁻¹⁴⁹, the lowest word first. The table's `pathspace.state.wide-sums` entries stand one after
-//! the other in the pixels of as many channels `wide.00000` and on as they take, in the order of sums and pixels.
+//! A sum that needs other bits is zero there, and an entry of a table: its number among the sums of light in the order
+//! of their names, that of its pixel, and its 320 bits in units of 2⁻¹⁴⁹, the lowest word first. The table's
+//! `pathspace.state.wide-sums` entries stand one after the other in the pixels of as many channels `wide.00000` and on
+//! as they take, in the order of sums and pixels.
 //!
-//! The windows are those of the image. The attributes `pathspace.NAME` are those that the image will have as well, whatever the number
-//! of samples; `pathspace.state.NAME` say which passes these are and what was counted in them, with a checksum over all of it.
+//! The windows are those of the image. The attributes `pathspace.NAME` are those that the image will have as well,
+//! whatever the number of samples; `pathspace.state.NAME` say which passes these are and what was counted in them, with
+//! a checksum over all of it.
 
 mod header;
 mod sums;
@@ -59,7 +61,8 @@ pub enum CheckpointError {
     Foreign(String),
     /// It is one of another version, whose layout has this number.
     #[error(
-        "another version of pathspace wrote it (its layout has number {0}, and this version reads {reads}): let that version \
+        "another version of pathspace wrote it (its layout has number {0}, and this version reads {reads}): let that \
+         version \
          finish it, or render anew",
         reads = LAYOUT
     )]

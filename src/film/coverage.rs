@@ -10,8 +10,8 @@ use crate::{sampling::Filter, scene::camera::Raster};
 
 /// The exact sums behind an alpha channel. Threads share it.
 ///
-/// As with the film, integers make it the same for any number of threads and any order of the samples. They are rounded: weights
-/// lie between 0 and a few, so that a fixed quantum is as good as any.
+/// As with the film, integers make it the same for any number of threads and any order of the samples. They are
+/// rounded: weights lie between 0 and a few, so that a fixed quantum is as good as any.
 pub struct Coverage {
     crop: Crop,
     filter: Filter,
@@ -58,15 +58,16 @@ impl Coverage {
 
     /// Adds to it.
     pub(super) fn add_sum(&self, pixel: usize, channel: usize, sum: u64) {
-        // There is room for 2²⁶ samples: only a file that no render wrote could need more, and alpha is a quotient all the same.
+        // There is room for 2²⁶ samples: only a file that no render wrote could need more, and alpha is a quotient all
+        // the same.
         self.sums[pixel][channel].fetch_add(sum, Relaxed);
     }
 
     /// Alpha, pixel by pixel in the crop, row after row: the covered part of the filter's weight, in [0, 1].
     ///
-    /// This is the one place where weights are divided by their sum. Light is not (a splat has no weight of its own to divide
-    /// by), but alpha has only camera samples, and what is covered or empty throughout is exactly 1 or 0 so, however few they are.
-    /// Without a sample it is 0.
+    /// This is the one place where weights are divided by their sum. Light is not (a splat has no weight of its own to
+    /// divide by), but alpha has only camera samples, and what is covered or empty throughout is exactly 1 or 0 so,
+    /// however few they are. Without a sample it is 0.
     pub fn alpha(&self) -> Vec<f32> {
         let part = |pixel| match self.sum(pixel, 0) {
             0 => 0.0,

@@ -36,9 +36,10 @@ pub enum Samples {
     Integer(Vec<u32>),
 }
 
-/// Encodes `image` as an OpenEXR file of one part with the 32-bit float channels R, G and B, A where `alpha` has one number
-/// per pixel, NAME.R, NAME.G and NAME.B for each of `layers`, and each of `data`; without loss, and with the same bytes whenever called with the same
-/// arguments. Colours are premultiplied, as OpenEXR wants them: `image` holds what the covered part of each pixel adds.
+/// Encodes `image` as an OpenEXR file of one part with the 32-bit float channels R, G and B, A where `alpha` has one
+/// number per pixel, NAME.R, NAME.G and NAME.B for each of `layers`, and each of `data`; without loss, and with the
+/// same bytes whenever called with the same arguments. Colours are premultiplied, as OpenEXR wants them: `image` holds
+/// what the covered part of each pixel adds.
 ///
 /// # Errors
 /// If the format cannot hold the image.

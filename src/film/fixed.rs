@@ -4,16 +4,17 @@ use super::ExactSum;
 
 /// The quantum 2^exponent of a film's words.
 ///
-/// Deposits that are multiples of it and not much too large for a word, which with a well-placed quantum nearly all are, cost one addition of
-/// integers. All others are added just as exactly, and take longer: so where it lies never changes a sum, and films with different
-/// quanta add up.
+/// Deposits that are multiples of it and not much too large for a word, which with a well-placed quantum nearly all
+/// are, cost one addition of integers. All others are added just as exactly, and take longer: so where it lies never
+/// changes a sum, and films with different quanta add up.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct FixedPoint {
     exponent: i32,
 }
 
 impl FixedPoint {
-    /// How many bits of a typical radiance's leading one lie above the quantum: f32 down to 2⁻²¹ of that radiance are multiples of it.
+    /// How many bits of a typical radiance's leading one lie above the quantum: f32 down to 2⁻²¹ of that radiance are
+    /// multiples of it.
     const BITS: i32 = 44;
     /// The lowest bit of a film's words is that of the smallest f32.
     const LEAST: i32 = ExactSum::UNIT + FINE_BITS as i32;
@@ -25,8 +26,8 @@ impl FixedPoint {
         Self { exponent: exponent.clamp(Self::LEAST, Self::MOST) }
     }
 
-    /// The quantum for an image most of which is within a few powers of ten of `typical`, a radiance. Where that is no positive number (nothing
-    /// emits), any quantum will do.
+    /// The quantum for an image most of which is within a few powers of ten of `typical`, a radiance. Where that is no
+    /// positive number (nothing emits), any quantum will do.
     pub fn for_radiance(typical: f64) -> Self {
         let typical = if typical.is_normal() && typical > 0.0 { typical } else { 1.0 };
         let leading = ((typical.to_bits() >> 52) & 0x7ff) as i32 - 1023;

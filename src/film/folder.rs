@@ -29,8 +29,8 @@ pub fn check_folder(path: &Path) -> Result<(), OutputError> {
     check().map_err(|error| OutputError::new(path, explain(&target, &error)))
 }
 
-/// Writes files into the folder `path`, which is made if it does not exist, and then appears with all of them at once. In a
-/// folder that exists each file takes its name when all are written; other files there stay as they are.
+/// Writes files into the folder `path`, which is made if it does not exist, and then appears with all of them at once.
+/// In a folder that exists each file takes its name when all are written; other files there stay as they are.
 ///
 /// # Errors
 /// If any of this fails. Nothing is half-written, and where writing itself fails, nothing has changed.

@@ -1,9 +1,9 @@
 //! The film: where contributions are added, exactly and in any order, and how images leave the program.
 //!
-//! Sums are exact: every finite f32 of either sign counts to its last bit, however small beside the brightest light and however large
-//! ([`ExactSum`]). They are integers, and adding integers commutes, so the image is the same to the last bit for any number
-//! of threads, any split of the samples and any order of them. Nothing is lost silently: what cannot be added is counted
-//! ([`DepositErrors`]).
+//! Sums are exact: every finite f32 of either sign counts to its last bit, however small beside the brightest light and
+//! however large ([`ExactSum`]). They are integers, and adding integers commutes, so the image is the same to the last
+//! bit for any number of threads, any split of the samples and any order of them. Nothing is lost silently: what cannot
+//! be added is counted ([`DepositErrors`]).
 
 mod checkpoint;
 mod coverage;
@@ -62,7 +62,8 @@ impl Half {
 pub struct DepositErrors {
     /// Deposits with a NaN or an infinity in value or place.
     pub non_finite: u64,
-    /// Additions to a pixel's channel for which an [`ExactSum`] has no room: these pixels are wrong. No render lives to see one.
+    /// Additions to a pixel's channel for which an [`ExactSum`] has no room: these pixels are wrong. No render lives to
+    /// see one.
     pub overflow: u64,
 }
 
@@ -116,8 +117,8 @@ impl Film {
         Self { crop, filter, halves, errors: Default::default() }
     }
 
-    /// What a film of so many pixels takes, in bytes, where no deposit is out of the common: half of it from the beginning, the other half
-    /// where small deposits fall. What lies beyond adds [`Film::wide_memory`].
+    /// What a film of so many pixels takes, in bytes, where no deposit is out of the common: half of it from the
+    /// beginning, the other half where small deposits fall. What lies beyond adds [`Film::wide_memory`].
     pub fn memory(pixels: u64) -> u64 {
         2 * Plane::expected_memory(pixels)
     }
@@ -130,8 +131,8 @@ impl Film {
         self.halves.iter().map(|plane| plane.memory().0).sum()
     }
 
-    /// How much of this the sums of pixels take that got deposits far out of the common: far below the typical radiance, far
-    /// above it, or so many that they are.
+    /// How much of this the sums of pixels take that got deposits far out of the common: far below the typical
+    /// radiance, far above it, or so many that they are.
     pub fn wide_memory(&self) -> u64 {
         self.halves.iter().map(|plane| plane.memory().1).sum()
     }
@@ -146,8 +147,8 @@ impl Film {
         self.halves[0].scale()
     }
 
-    /// Adds `value` h_j(`raster`), rounded to f32, to every pixel j. (With the box filter that is `value` itself.) `value` is a
-    /// contribution F/(n p) without its h_j; it is not divided by the number of passes.
+    /// Adds `value` h_j(`raster`), rounded to f32, to every pixel j. (With the box filter that is `value` itself.)
+    /// `value` is a contribution F/(n p) without its h_j; it is not divided by the number of passes.
     #[inline(always)]
     pub fn deposit(&self, raster: Raster, value: Rgb, half: Half) {
         if !(value.is_finite() && raster.0.is_finite()) {

@@ -7,16 +7,18 @@ use crate::math::Rgb;
 pub const ENOUGH_TILES: f64 = 0.95;
 /// Side of a tile in pixels: as small as an eye that looks for noise, and large enough for an estimate.
 const TILE: u32 = 16;
-/// What is much darker than this part of the image's mean is compared with it: noise in the dark is not seen beside the rest.
+/// What is much darker than this part of the image's mean is compared with it: noise in the dark is not seen beside the
+/// rest.
 const DARK: f64 = 0.1;
 
 impl Film {
     /// The relative noise that [`ENOUGH_TILES`] of the image's tiles do not exceed after `passes` passes; `None` where
     /// [`Film::noise`] is. Light that is splatted is in it as any other.
     ///
-    /// That of a tile is the root of the mean of ((A − B)/2)²/(I² + (Ī/10)²) over its pixels and channels, A and B being the half images, I
-    /// their mean and Ī that of the whole image. ((A − B)/2)² has the expectation of the variance of I. Each pixel is compared with
-    /// itself, so that the edge of a lamp does not count for all that is around it.
+    /// That of a tile is the root of the mean of ((A − B)/2)²/(I² + (Ī/10)²) over its pixels and channels, A and B
+    /// being the half images, I their mean and Ī that of the whole image. ((A − B)/2)² has the expectation of the
+    /// variance of I. Each pixel is compared with itself, so that the edge of a lamp does not count for all that is
+    /// around it.
     pub fn tile_noise(&self, passes: u32) -> Option<f64> {
         let of_half = (passes.is_multiple_of(2) && passes > 0 && !self.is_black()).then_some(passes / 2)?;
         let [a, b] = [Half::Even, Half::Odd].map(|half| self.half_image(half, of_half));

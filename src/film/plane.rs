@@ -17,11 +17,12 @@ use super::{
 /// A sum is spread over three places, each a sum of its own of certain deposits, and is what these add up to:
 ///
 /// * its *word*, 64 bits in quanta ([`FixedPoint`]): deposits that are multiples of the quantum, below 2⁶² of it;
-/// * its *fine word*, 64 bits in units of 2⁻³² quanta: smaller deposits that are multiples of that unit, and no more than 2⁵⁶ of it;
+/// * its *fine word*, 64 bits in units of 2⁻³² quanta: smaller deposits that are multiples of that unit, and no more
+///   than 2⁵⁶ of it;
 /// * its *wide sum*, an [`ExactSum`]: all others.
 ///
-/// A word that leaves its range wraps around, and the next wider place gets the 2⁶⁴ that it lost. All of this is addition of integers, so
-/// neither order nor threads can be seen in what the sums come to.
+/// A word that leaves its range wraps around, and the next wider place gets the 2⁶⁴ that it lost. All of this is
+/// addition of integers, so neither order nor threads can be seen in what the sums come to.
 pub(super) struct Plane {
     scale: FixedPoint,
     words: Box<[[AtomicI64; 3]]>,
@@ -206,7 +207,8 @@ impl Plane {
         let words = ExactSum::shifted(units, self.scale.fine_bit());
         let Some(wide) = self.wide.get(pixel) else { return words };
         let wide = ExactSum::from_words(std::array::from_fn(|i| wide[channel][i].load(Relaxed)));
-        // Words without room for them in a wide sum that is full to the brim: it has been counted as an overflow, or nearly was.
+        // Words without room for them in a wide sum that is full to the brim: it has been counted as an overflow, or
+        // nearly was.
         words.checked_add(wide).unwrap_or(wide)
     }
 

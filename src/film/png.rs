@@ -44,8 +44,8 @@ impl Exposure {
     }
 }
 
-/// Encodes `image` as an 8-bit sRGB PNG, with an alpha channel where `alpha` has one number per pixel. PNG's colours are not
-/// premultiplied, so those of `image` are divided by it; light in a pixel that nothing covers is lost.
+/// Encodes `image` as an 8-bit sRGB PNG, with an alpha channel where `alpha` has one number per pixel. PNG's colours
+/// are not premultiplied, so those of `image` are divided by it; light in a pixel that nothing covers is lost.
 ///
 /// # Errors
 /// If the format cannot hold the image.

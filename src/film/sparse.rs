@@ -2,8 +2,8 @@
 
 use std::{iter, sync::OnceLock};
 
-/// A `T` for each pixel, of which pages of `PAGE` come into being when one of them is first written to. Nobody waits for longer than
-/// that takes, and reading takes no lock.
+/// A `T` for each pixel, of which pages of `PAGE` come into being when one of them is first written to. Nobody waits
+/// for longer than that takes, and reading takes no lock.
 pub(super) struct Sparse<T, const PAGE: usize>(Box<[OnceLock<Box<[T; PAGE]>>]>);
 
 impl<T: Default, const PAGE: usize> Sparse<T, PAGE> {

@@ -99,7 +99,8 @@ impl ExactSum {
         let Some(top) = magnitude.0.iter().rposition(|word| *word != 0) else { return 0.0 };
         let unused = magnitude.0[top].leading_zeros();
         let below = |i: usize| top.checked_sub(i).map_or(0, |i| magnitude.0[i]);
-        // The 64 bits from the leading one on, the last of them set where anything follows: enough to round as all bits would.
+        // The 64 bits from the leading one on, the last of them set where anything follows: enough to round as all bits
+        // would.
         let cut = if unused == 0 { 0 } else { below(1) >> (64 - unused) };
         let rest = below(1) << unused != 0 || (2..=top).any(|i| below(i) != 0);
         let leading = (magnitude.0[top] << unused | cut) | u64::from(rest);

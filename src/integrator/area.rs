@@ -1,9 +1,9 @@
-//! Area sampling (lecture: one does not even need to sample the vertices sequentially): p_1 … p_{n−1} drawn independently and
-//! uniformly over the area of all surfaces, p_n over that of all emitting ones, p_0 over the lens.
+//! Area sampling (lecture: one does not even need to sample the vertices sequentially): p_1 … p_{n−1} drawn
+//! independently and uniformly over the area of all surfaces, p_n over that of all emitting ones, p_0 over the lens.
 //!
-//! An oracle, slow and simple: it uses F_j, V on every edge and area densities, and nothing of what walks, connections and
-//! weights use. Where surfaces touch, its variance is infinite (∫G² diverges): compare it in scenes whose surfaces do not.
-//! As the definition does, it takes memory for each path.
+//! An oracle, slow and simple: it uses F_j, V on every edge and area densities, and nothing of what walks, connections
+//! and weights use. Where surfaces touch, its variance is infinite (∫G² diverges): compare it in scenes whose surfaces
+//! do not. As the definition does, it takes memory for each path.
 
 use super::description::{Description, Landing, LightSampling, Table};
 use crate::{
@@ -16,7 +16,8 @@ use crate::{
 pub const DESCRIPTION: Description = Description {
     name: "area",
     what: "Area sampling: every vertex is drawn on its own.",
-    coverage: "paths of at most four edges from emitting surfaces without a specular vertex; other lights stay dark, and mirrors and glass black",
+    coverage: "paths of at most four edges from emitting surfaces without a specular vertex; other lights stay dark, \
+        and mirrors and glass black",
     table: Table::Area,
     heuristic: Heuristic::Power,
     roulette: Roulette::FromDepth(4),

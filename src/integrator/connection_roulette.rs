@@ -1,5 +1,5 @@
-//! Russian roulette on connections, before their ray (lecture, *Russian roulette*): what would contribute less than a threshold, were
-//! nothing in the way, is looked at with a probability only, and counts for the rest.
+//! Russian roulette on connections, before their ray (lecture, *Russian roulette*): what would contribute less than a
+//! threshold, were nothing in the way, is looked at with a probability only, and counts for the rest.
 
 /// The rule with an absolute threshold, as an [`Integrator`](super::Integrator) plays it.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -12,18 +12,18 @@ pub struct Description {
     pub name: &'static str,
     /// What it does, in a sentence.
     pub what: &'static str,
-    /// The paths that its table can sample at all, in a sentence. Path by path, [`Integrator::covers`](super::Integrator::covers)
-    /// answers, and for what a scene may lack, [`Gap`].
+    /// The paths that its table can sample at all, in a sentence. Path by path,
+    /// [`Integrator::covers`](super::Integrator::covers) answers, and for what a scene may lack, [`Gap`].
     pub coverage: &'static str,
     /// Its table.
     pub table: Table,
     /// The rule that weighs its table.
     pub heuristic: Heuristic,
-    /// The roulette that gives it the least noise in the same time: early where a vertex costs many connections and its share of the
-    /// image has other strategies, later where the walk is all there is.
+    /// The roulette that gives it the least noise in the same time: early where a vertex costs many connections and its
+    /// share of the image has other strategies, later where the walk is all there is.
     pub roulette: Roulette,
-    /// The random numbers that give it the least noise in the same time. Where paths land anywhere on the image, nothing fills a
-    /// pixel evenly.
+    /// The random numbers that give it the least noise in the same time. Where paths land anywhere on the image,
+    /// nothing fills a pixel evenly.
     pub sampler: SamplerKind,
     /// How it chooses among lights with the least noise in the same time.
     pub light_sampling: LightSampling,
@@ -63,8 +63,8 @@ pub enum Landing {
 /// What some tables do not cover, although its light belongs in the image.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Gap {
-    /// Mirrors and clear glass that the camera sees. A walk from the camera follows the one direction that such a surface leaves open, and a
-    /// connection hits it with probability zero.
+    /// Mirrors and clear glass that the camera sees. A walk from the camera follows the one direction that such a
+    /// surface leaves open, and a connection hits it with probability zero.
     SpecularSeen,
     /// An environment behind the scene of an orthographic camera, which sees it in one direction.
     ParallelBackground,

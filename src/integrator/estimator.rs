@@ -52,7 +52,8 @@ pub trait Sink {
     /// It is finite and not negative.
     fn deposit(&mut self, path: &JoinedPath, value: Rgb);
 
-    /// A contribution that is not finite or negative, and so has no place in an image: to be counted, never dropped silently.
+    /// A contribution that is not finite or negative, and so has no place in an image: to be counted, never dropped
+    /// silently.
     fn reject(&mut self, path: &JoinedPath, value: Rgb);
 
     /// A connection's ray was traced.
@@ -115,8 +116,8 @@ impl Integrator {
         }
     }
 
-    /// The first half of a pixel's sample: walks its light subpaths, beside those that `scratch` has, and deposits by the strategies that
-    /// need no camera subpath.
+    /// The first half of a pixel's sample: walks its light subpaths, beside those that `scratch` has, and deposits by
+    /// the strategies that need no camera subpath.
     #[inline(always)]
     pub fn estimate_from_light<S: Sampler>(
         &self,
@@ -170,11 +171,11 @@ impl Integrator {
         }
     }
 
-    /// The second half of a pixel's sample: walks its camera subpaths, joins them with lights and with the light subpaths that `scratch`
-    /// has by every strategy of the table, and deposits.
+    /// The second half of a pixel's sample: walks its camera subpaths, joins them with lights and with the light
+    /// subpaths that `scratch` has by every strategy of the table, and deposits.
     ///
-    /// A connection's ray is traced only where something can arrive, and before the path is weighed: V of the connecting edge
-    /// is in the other strategies' densities, and what is blocked needs no weight.
+    /// A connection's ray is traced only where something can arrive, and before the path is weighed: V of the
+    /// connecting edge is in the other strategies' densities, and what is blocked needs no weight.
     #[inline(always)]
     pub fn estimate_from_camera<S: Sampler>(
         &self,
@@ -190,7 +191,8 @@ impl Integrator {
         let Scratch { camera, lights, walked, ends, .. } = scratch;
         let vertices = self.evaluated.camera_vertices();
         let of_each = scene.lights().next_event_samples();
-        // A connection to an end: with each once, or with some that are chosen among all of a tile's, of which each stands for its share.
+        // A connection to an end: with each once, or with some that are chosen among all of a tile's, of which each
+        // stands for its share.
         let shared = self.evaluated.shared_light_vertices();
         let (connections, share) = match shared {
             None => (ends.len() as u32, 1.0),
@@ -255,14 +257,15 @@ impl Integrator {
         }
     }
 
-    /// Whether the pixels of a tile have their light subpaths in common, so that the first half of all comes before the second of any.
+    /// Whether the pixels of a tile have their light subpaths in common, so that the first half of all comes before the
+    /// second of any.
     #[inline]
     pub fn shares_light_vertices(&self) -> bool {
         self.evaluated.shared_light_vertices().is_some()
     }
 
-    /// Weighs and deposits a path, if it contributes anything and nothing blocks it. It stands for `times` paths; `chance` is a number for
-    /// roulette.
+    /// Weighs and deposits a path, if it contributes anything and nothing blocks it. It stands for `times` paths;
+    /// `chance` is a number for roulette.
     #[inline(always)]
     fn consider(
         &self,
@@ -304,8 +307,8 @@ impl Integrator {
         self.weight(path) / self.weighed.samples(path.technique())
     }
 
-    /// What the path would contribute to its pixel if nothing were in the way, luminance: w F/(n p) with V = 1. Out of line, since it is
-    /// asked for with roulette on connections alone.
+    /// What the path would contribute to its pixel if nothing were in the way, luminance: w F/(n p) with V = 1. Out of
+    /// line, since it is asked for with roulette on connections alone.
     #[inline(never)]
     fn tentative(&self, path: &JoinedPath<'_>) -> f32 {
         luminance(path.contribution()) * self.share(path)

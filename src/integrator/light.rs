@@ -1,4 +1,5 @@
-//! Light tracing: every vertex of a light subpath is connected to the lens, t = 1 (lecture, *Sum over paths: implications*).
+//! Light tracing: every vertex of a light subpath is connected to the lens, t = 1 (lecture, *Sum over paths:
+//! implications*).
 
 use super::description::{Description, Landing, LightSampling, Table};
 use crate::{
@@ -10,7 +11,8 @@ use crate::{
 pub const DESCRIPTION: Description = Description {
     name: "light",
     what: "Light tracing: each vertex of a light path is connected to the lens.",
-    coverage: "paths whose first surface after the camera scatters continuously, and lights seen directly; what the camera sees in mirrors and glass stays black, and an environment that an orthographic camera sees",
+    coverage: "paths whose first surface after the camera scatters continuously, and lights seen directly; what the \
+        camera sees in mirrors and glass stays black, and an environment that an orthographic camera sees",
     table: Table::Strategies(|x| u32::from(x.t == 1)),
     heuristic: Heuristic::Power,
     roulette: Roulette::FromDepth(4),

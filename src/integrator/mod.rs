@@ -60,14 +60,15 @@ impl Integrator {
         Self { evaluated: table.clone(), weighed: table, heuristic, rivals, roulette, connections: None }
     }
 
-    /// The same integrator with another rule for the directions of walks from the camera, if all of its strategies are s = 0: others take
-    /// densities of the BSDF's own directions for granted, and stay as they are.
+    /// The same integrator with another rule for the directions of walks from the camera, if all of its strategies are
+    /// s = 0: others take densities of the BSDF's own directions for granted, and stay as they are.
     #[must_use]
     pub fn with_directions(self, directions: Directions) -> Self {
         self.with_tables(|table| table.with_directions(directions))
     }
 
-    /// The same integrator with so many next-event samples at each camera vertex: n_{1,t} of the lecture's light-area sampling.
+    /// The same integrator with so many next-event samples at each camera vertex: n_{1,t} of the lecture's light-area
+    /// sampling.
     #[must_use]
     pub fn with_light_samples(self, samples: u32) -> Self {
         self.with_tables(|table| table.with_light_samples(samples))
@@ -85,17 +86,17 @@ impl Integrator {
         self.with_tables(|table| table.with_light_paths(light_paths))
     }
 
-    /// The same integrator with connections from each camera vertex to `each` light vertices, chosen uniformly among those of a whole
-    /// tile, in place of all that its own pixel has: see [`Techniques::with_light_vertices`]. To be asked for after all else that changes
-    /// light subpaths, since their mean length is in the table.
+    /// The same integrator with connections from each camera vertex to `each` light vertices, chosen uniformly among
+    /// those of a whole tile, in place of all that its own pixel has: see [`Techniques::with_light_vertices`]. To be
+    /// asked for after all else that changes light subpaths, since their mean length is in the table.
     #[must_use]
     pub fn with_light_vertices(self, scene: &Scene, each: u32) -> Self {
         let of_a_path = self.mean_ends(scene);
         self.with_tables(|table| table.with_light_vertices(each, of_a_path))
     }
 
-    /// How many vertices that can be connected a light subpath has in the mean, or 1 where none has any. Estimated, always by the same
-    /// numbers: any would give the same image, with another noise.
+    /// How many vertices that can be connected a light subpath has in the mean, or 1 where none has any. Estimated,
+    /// always by the same numbers: any would give the same image, with another noise.
     fn mean_ends(&self, scene: &Scene) -> f32 {
         const SUBPATHS: u32 = 4096;
         let vertices = self.evaluated.light_vertices().connected;

@@ -10,7 +10,8 @@ use crate::{
 pub const DESCRIPTION: Description = Description {
     name: "path",
     what: "Path tracing with next-event estimation, weighted by MIS.",
-    coverage: "every path, except those on which a point light, a spot or a sun follows a specular vertex (their caustics)",
+    coverage: "every path, except those on which a point light, a spot or a sun follows a specular vertex (their \
+        caustics)",
     table: Table::Strategies(|x| u32::from(x.s <= 1 && x.t >= 2)),
     heuristic: Heuristic::Power,
     roulette: Roulette::FromDepth(4),

@@ -1,4 +1,5 @@
-//! Path tracing without next-event estimation (lecture, *directional sampling*): s = 0. A light counts when the walk hits it.
+//! Path tracing without next-event estimation (lecture, *directional sampling*): s = 0. A light counts when the walk
+//! hits it.
 
 use super::description::{Description, Landing, LightSampling, Table};
 use crate::{

@@ -1,5 +1,5 @@
-//! Path tracing with next-event estimation and without MIS (lecture, *light-area sampling*): s = 1 wherever it has support,
-//! p_{1,t} > 0, and s = 0 for the rest: lights seen directly, in mirrors and through smooth glass.
+//! Path tracing with next-event estimation and without MIS (lecture, *light-area sampling*): s = 1 wherever it has
+//! support, p_{1,t} > 0, and s = 0 for the rest: lights seen directly, in mirrors and through smooth glass.
 
 use super::{
     description::{Description, Landing, LightSampling},

@@ -75,8 +75,8 @@ pub(super) fn data_uri(uri: &str, at: &str) -> Result<Vec<u8>, Fault> {
     general_purpose::STANDARD_NO_PAD.decode(body).map_err(|e| fail(&format!("the data URI is not base64: {e}")))
 }
 
-/// The file that a relative URI names, a `kind` of thing. Unless that is [`Outside::Allowed`], it lies in the document's folder or
-/// below, never above or elsewhere, and no link leads out.
+/// The file that a relative URI names, a `kind` of thing. Unless that is [`Outside::Allowed`], it lies in the
+/// document's folder or below, never above or elsewhere, and no link leads out.
 pub(super) fn beside(uri: &str, place: Place<'_>, kind: &str, at: &str) -> Result<Vec<u8>, Fault> {
     let fail = |what: String| Fault::resource(format!("{at}/uri"), what);
     let decoded: Vec<u8> = percent_decode_str(uri).collect();

@@ -65,8 +65,8 @@ pub struct ThinLens {
 }
 
 impl ThinLens {
-    /// A lens of the diameter `aperture`, at most 1000 km, sharp at the distance `focus`, from a micrometre to 10⁹ km: beyond, areas
-    /// leave what f32 can hold.
+    /// A lens of the diameter `aperture`, at most 1000 km, sharp at the distance `focus`, from a micrometre to 10⁹ km:
+    /// beyond, areas leave what f32 can hold.
     ///
     /// # Errors
     /// What is wrong with the lengths, in words.

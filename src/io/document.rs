@@ -1,8 +1,8 @@
 //! From bytes to a checked document: the GLB container, the JSON, and every rule that later code leans on.
 //!
-//! The document is gltf-json's `Root` and not the gltf crate's wrapper around it: the wrapper refuses extensions that it
-//! could read, and panics on what it did not check (so does gltf-json's own validation, on a position accessor out of
-//! range: that is checked before it is asked).
+//! The document is gltf-json's `Root` and not the gltf crate's wrapper around it: the wrapper refuses extensions that
+//! it could read, and panics on what it did not check (so does gltf-json's own validation, on a position accessor out
+//! of range: that is checked before it is asked).
 
 use std::collections::HashSet;
 
@@ -101,8 +101,8 @@ pub(super) fn parse(
     Ok(root)
 }
 
-/// gltf-json insists on `nodes` in every scene and on a `node` for every animation to move, glTF does not: an empty scene is a legal
-/// one, and extensions animate other things. (Animations are not played.)
+/// gltf-json insists on `nodes` in every scene and on a `node` for every animation to move, glTF does not: an empty
+/// scene is a legal one, and extensions animate other things. (Animations are not played.)
 fn repaired(json: &[u8]) -> Option<Root> {
     let mut value: Value = serde_json::from_slice(json).ok()?;
     for scene in value.get_mut("scenes").and_then(Value::as_array_mut).into_iter().flatten() {

@@ -57,7 +57,8 @@ pub enum EnvironmentError {
     },
     /// More than memory is meant to hold.
     #[error(
-        "{file} has {width} × {height} texels, and {limit} is the limit in all; scale it down (or --limit environment-texels=N)"
+        "{file} has {width} × {height} texels, and {limit} is the limit in all; scale it down (or --limit \
+         environment-texels=N)"
     )]
     TooLarge {
         /// The file.
@@ -71,7 +72,8 @@ pub enum EnvironmentError {
     },
     /// A texel that is not a radiance.
     #[error(
-        "{file}, column {x}, row {y}: the radiance {value} is not finite, or above 1e30 after scaling; repair that pixel"
+        "{file}, column {x}, row {y}: the radiance {value} is not finite, or above 1e30 after scaling; repair that \
+         pixel"
     )]
     Texel {
         /// The file.
@@ -139,7 +141,8 @@ pub fn read_environment(
     let (width, height) = (picture.width, picture.texels.len() / picture.width);
     if width != 2 * height {
         warnings.push(format!(
-            "the environment map is {width} × {height}, not twice as wide as high: it is stretched over the whole sphere"
+            "the environment map is {width} × {height}, not twice as wide as high: it is stretched over the whole \
+             sphere"
         ));
     }
     warnings.extend(without_negatives(&mut picture));
@@ -168,7 +171,8 @@ fn without_negatives(picture: &mut Picture) -> Option<String> {
         Colors::Other(_) => " after conversion to Rec. 709, whose gamut is smaller than the file's",
     };
     Some(format!(
-        "{count} pixels of the environment map have negative channels{why}; these count as zero (the first is {value} in \
+        "{count} pixels of the environment map have negative channels{why}; these count as zero (the first is {value} \
+         in \
          column {x}, row {y})"
     ))
 }

@@ -24,7 +24,8 @@ pub(super) fn is_of_materials(name: &str) -> bool {
 /// The warning about a required extension that is ignored on request.
 pub(super) fn ignored(name: &str) -> String {
     format!(
-        "THE FILE REQUIRES the extension {}, which is not supported and is ignored as --ignore-required asks: its materials \
+        "THE FILE REQUIRES the extension {}, which is not supported and is ignored as --ignore-required asks: its \
+         materials \
          will look wrong",
         quoted(name)
     )

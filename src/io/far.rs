@@ -1,7 +1,7 @@
 //! Scenes far from their file's origin: numbers as the file has them, and the centre that world space is moved to.
 //!
-//! f32 knows a place at 4,000 km to a quarter of a metre. So nodes are placed in f64, and the place around which most of the
-//! scene's detail lies becomes the origin before anything is rounded.
+//! f32 knows a place at 4,000 km to a quarter of a metre. So nodes are placed in f64, and the place around which most
+//! of the scene's detail lies becomes the origin before anything is rounded.
 
 use glam::{DAffine3, DMat3, DVec3, Vec3};
 use gltf_json::{Node, Root, mesh::Semantic, validation::Checked};
@@ -12,8 +12,8 @@ use super::{Assembly, error::Fault, instancing, node::Placed, pose};
 /// Metres: a file whose nodes are moved less far keeps the f32 numbers, which then know places to 15 µm.
 const NEAR: f32 = 256.0;
 
-/// The distance from the origin, in sizes of what the scene consists of, up to which the file's origin stays the world's. f32 knows
-/// places there to 1/16,000 of these sizes.
+/// The distance from the origin, in sizes of what the scene consists of, up to which the file's origin stays the
+/// world's. f32 knows places there to 1/16,000 of these sizes.
 const STAYS: f64 = 1024.0;
 
 /// The distance from the centre, in the same sizes, from which the error is worth a warning: 1/256 of a size.
@@ -25,7 +25,8 @@ const HALF_ULP: f64 = 0.5 * f32::EPSILON as f64;
 /// Metres: the least size that counts.
 const SMALLEST: f64 = 1e-3;
 
-/// The nodes as JSON, whose numbers are doubles, where some node is moved beyond 256 m; else nothing, as gltf-json's f32 do.
+/// The nodes as JSON, whose numbers are doubles, where some node is moved beyond 256 m; else nothing, as gltf-json's
+/// f32 do.
 pub(super) fn exact(root: &Root, json: &[u8]) -> Vec<Value> {
     let moves = |node: &Node| {
         let [matrix, translation] =
@@ -74,8 +75,9 @@ pub(super) struct Centre {
 }
 
 impl Centre {
-    /// By coordinate, the median of the middles, each weighted by the inverse of its size: detail counts, a plain below it does not.
-    /// Rounded to a multiple of a power of two of about their mean size; the file's origin, if it lies within 1024 of these sizes.
+    /// By coordinate, the median of the middles, each weighted by the inverse of its size: detail counts, a plain below
+    /// it does not. Rounded to a multiple of a power of two of about their mean size; the file's origin, if it lies
+    /// within 1024 of these sizes.
     pub(super) fn of(extents: &[Extent]) -> Self {
         let weights: f64 = extents.iter().map(|e| e.size().recip()).sum();
         let size = if weights > 0.0 { extents.len() as f64 / weights } else { 1.0 };
@@ -102,7 +104,8 @@ impl Centre {
         (reach > WARNS * self.size).then(|| {
             format!(
                 "the scene reaches {reach:.3e} m from its centre, where places are known to {error:.1e} m only (32-bit \
-                 numbers), and what it consists of is {:.1e} m large on average: split it, or leave out what is far away",
+                 numbers), and what it consists of is {:.1e} m large on average: split it, or leave out what is far \
+             away",
                 self.size
             )
         })
@@ -110,8 +113,8 @@ impl Centre {
 }
 
 impl Assembly<'_> {
-    /// The extents of all that is placed: meshes as their nodes, instances or joints place them, and spheres. Cameras count for a scene
-    /// that has nothing else, as boxes of one metre.
+    /// The extents of all that is placed: meshes as their nodes, instances or joints place them, and spheres. Cameras
+    /// count for a scene that has nothing else, as boxes of one metre.
     pub(super) fn extents(&self, nodes: &[Placed]) -> Result<Vec<Extent>, Fault> {
         let mut boxes: Vec<Option<Option<Extent>>> = vec![None; self.root.meshes.len()];
         let mut extents = Vec::new();
@@ -141,7 +144,8 @@ impl Assembly<'_> {
         Ok(extents)
     }
 
-    /// The box around a mesh's positions in its own space; none if it has none that can be read, which is said where it is shown.
+    /// The box around a mesh's positions in its own space; none if it has none that can be read, which is said where it
+    /// is shown.
     fn extent_of(&self, mesh: usize) -> Option<Extent> {
         let positions = self.root.meshes.get(mesh)?.primitives.iter().filter_map(|primitive| {
             let source = *primitive.attributes.get(&Checked::Valid(Semantic::Positions))?;

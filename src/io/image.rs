@@ -30,7 +30,8 @@ pub(super) struct Images<'a> {
 }
 
 impl<'a> Images<'a> {
-    /// The images of `root`, whose buffers are `buffers` and which lies at `place`; `hash` takes in the files that are read.
+    /// The images of `root`, whose buffers are `buffers` and which lies at `place`; `hash` takes in the files that are
+    /// read.
     pub(super) fn new(root: &'a Root, buffers: &'a Buffers, place: Place<'a>, hash: &'a mut Hash) -> Self {
         Self { root, buffers, place, hash, decoded: vec![None; root.images.len()], texels: 0 }
     }
@@ -81,8 +82,8 @@ enum Bytes<'a> {
     Owned(Vec<u8>),
 }
 
-/// Decodes an image, whatever its file name and MIME type say it is. Colour profiles and orientation are ignored, as glTF asks.
-/// `texels` counts those of all images, which are to be `most` in all.
+/// Decodes an image, whatever its file name and MIME type say it is. Colour profiles and orientation are ignored, as
+/// glTF asks. `texels` counts those of all images, which are to be `most` in all.
 fn decode(bytes: &[u8], texels: &mut u64, most: u64, at: &str) -> Result<Image, Fault> {
     let format = image::guess_format(bytes).ok();
     if bytes.starts_with(KTX2) {

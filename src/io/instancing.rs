@@ -46,8 +46,8 @@ pub(super) struct Counts {
 }
 
 impl Assembly<'_> {
-    /// Counts how often each mesh is shown, which decides what becomes of it, and refuses too many before memory is taken for any of
-    /// them. A mesh that is copied counts as well.
+    /// Counts how often each mesh is shown, which decides what becomes of it, and refuses too many before memory is
+    /// taken for any of them. A mesh that is copied counts as well.
     pub(super) fn count_uses(&mut self, nodes: &[Placed]) -> Result<(), Fault> {
         let mut all = 0;
         for placed in nodes {

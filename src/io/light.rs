@@ -69,12 +69,12 @@ const FEW_NITS: f32 = 10.0;
 /// Emission that many times below what lamps make white surfaces reflect cannot be told from black.
 const LOST: f32 = 100.0;
 
-/// For surfaces that emit a few nits beside lamps that light the scene with thousands of lux: the brightest of their materials,
-/// and what to say of it. Only materials that some surface has and that are `lit` count: an unlit one is as bright as its colour,
-/// whatever lamps there are.
+/// For surfaces that emit a few nits beside lamps that light the scene with thousands of lux: the brightest of their
+/// materials, and what to say of it. Only materials that some surface has and that are `lit` count: an unlit one is as
+/// bright as its colour, whatever lamps there are.
 ///
-/// Measured by what the lamps make a white surface reflect: E/π, with the sun's E, and with I/R² for lamps at the radius R of
-/// the scene (which is Φ/4πR², its power over the sphere around the scene).
+/// Measured by what the lamps make a white surface reflect: E/π, with the sun's E, and with I/R² for lamps at the
+/// radius R of the scene (which is Φ/4πR², its power over the sphere around the scene).
 pub(super) fn outshone(loaded: &Loaded, lit: impl Fn(MaterialId) -> bool) -> Option<(MaterialId, String)> {
     let bounds = loaded.geometry.bounds()?;
     let distance2 = (0.25 * (bounds.max - bounds.min).length_squared()).max(f32::MIN_POSITIVE);
@@ -92,7 +92,8 @@ pub(super) fn outshone(loaded: &Loaded, lit: impl Fn(MaterialId) -> bool) -> Opt
     let brightest = emission(id);
     (brightest <= FEW_NITS && reflected > LOST * brightest).then(|| {
         let what = format!(
-            "the brightest emission is {brightest:.3} nit, and the lamps make white surfaces reflect about {reflected:.0} nit: \
+            "the brightest emission is {brightest:.3} nit, and the lamps make white surfaces reflect about \
+             {reflected:.0} nit: \
              it will look black; raise KHR_materials_emissive_strength, or lower the lights' intensity"
         );
         (id, what)

@@ -2,8 +2,8 @@
 
 use std::{fmt, path::Path};
 
-/// Sizes above which a file is refused, before memory is taken for what it announces. A file that is not hostile can be larger than
-/// the defaults, which therefore can be raised.
+/// Sizes above which a file is refused, before memory is taken for what it announces. A file that is not hostile can be
+/// larger than the defaults, which therefore can be raised.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Limits {
     /// Bytes of a file: the document, a buffer, an image, an environment map.
@@ -16,7 +16,8 @@ pub struct Limits {
     pub vertices: u64,
     /// Elements of an accessor without a buffer view, which are zeros and take no bytes of the file.
     pub zeros: u64,
-    /// Triangles in memory: a shared mesh counts once. Also emissive triangles, each of which is a light in every instance.
+    /// Triangles in memory: a shared mesh counts once. Also emissive triangles, each of which is a light in every
+    /// instance.
     pub triangles: u64,
     /// Instances of meshes.
     pub instances: u64,
@@ -80,7 +81,8 @@ pub enum Required {
     /// It is refused, as glTF asks.
     #[default]
     Honoured,
-    /// Extensions of materials are ignored with a warning. Without any other, geometry would be missing or garbled: those are refused.
+    /// Extensions of materials are ignored with a warning. Without any other, geometry would be missing or garbled:
+    /// those are refused.
     MaterialsIgnored,
 }
 

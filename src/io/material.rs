@@ -1,5 +1,5 @@
-//! glTF materials as [`Material`]s: factors brought into their range, and their textures. Which BSDF they make stands at
-//! [`Parameters::bsdf`].
+//! glTF materials as [`Material`]s: factors brought into their range, and their textures. Which BSDF they make stands
+//! at [`Parameters::bsdf`].
 //!
 //! Wherever a decision needs a parameter, it takes the factor times its texture, never the factor alone: a texture of
 //! one value is the same as that value in the factor.
@@ -10,8 +10,8 @@
 //!
 //! `KHR_materials_unlit` becomes a black surface that emits its base colour, in radiance 1 for white, to both sides.
 //!
-//! `alphaMode` and the base colour's alpha are [`Coverage`], of whatever scatters there: a pane with alphaMode BLEND is there
-//! in part and transmits where it is there. An OPAQUE material ignores alpha.
+//! `alphaMode` and the base colour's alpha are [`Coverage`], of whatever scatters there: a pane with alphaMode BLEND is
+//! there in part and transmits where it is there. An OPAQUE material ignores alpha.
 
 use std::{collections::BTreeMap, fmt};
 

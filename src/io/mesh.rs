@@ -244,8 +244,8 @@ pub(super) fn turned(matrix: DMat3, n: Vec3) -> Vec3 {
     (matrix * n.as_dvec3()).try_normalize().map_or(n, |n| n.as_vec3())
 }
 
-/// The matrix that takes normals along with `m`, up to a positive factor: the cofactors are the inverse transpose up to the
-/// determinant, and exist for a matrix that flattens too.
+/// The matrix that takes normals along with `m`, up to a positive factor: the cofactors are the inverse transpose up to
+/// the determinant, and exist for a matrix that flattens too.
 pub(super) fn normal_matrix(m: DMat3) -> DMat3 {
     let sign = if m.determinant() < 0.0 { -1.0 } else { 1.0 };
     let (x, y, z) = (m.x_axis, m.y_axis, m.z_axis);

@@ -1,47 +1,48 @@
 //! Reading scenes: glTF 2.0, as `.gltf` and `.glb`, and environment maps ([`load_environment`]).
 //!
-//! [`load`] reads a file into world space: triangles, spheres and instances of shared meshes as [`Geometry`], [`Material`]s,
-//! lights without a surface, and cameras. Whatever is wrong with a file is one sentence ([`LoadError`]); whatever it asks for that this version does
-//! not do is a sentence in [`Loaded::warnings`]; no input makes it panic.
+//! [`load`] reads a file into world space: triangles, spheres and instances of shared meshes as [`Geometry`],
+//! [`Material`]s, lights without a surface, and cameras. Whatever is wrong with a file is one sentence ([`LoadError`]);
+//! whatever it asks for that this version does not do is a sentence in [`Loaded::warnings`]; no input makes it panic.
 //!
 //! # Extensions
-//! `EXT_mesh_gpu_instancing`, `EXT_texture_webp`, `KHR_lights_punctual`, `KHR_mesh_quantization`, `KHR_texture_transform`, and of
-//! the materials `KHR_materials_emissive_strength`, `_ior`, `_specular`, `_transmission`, `_unlit` and `_volume`. A *required*
-//! extension outside of this list is an error (one of materials a warning, with [`Required::MaterialsIgnored`]), an optional one a
-//! warning. Ours are the node extension
+//! `EXT_mesh_gpu_instancing`, `EXT_texture_webp`, `KHR_lights_punctual`, `KHR_mesh_quantization`,
+//! `KHR_texture_transform`, and of the materials `KHR_materials_emissive_strength`, `_ior`, `_specular`,
+//! `_transmission`, `_unlit` and `_volume`. A *required* extension outside of this list is an error (one of materials a
+//! warning, with [`Required::MaterialsIgnored`]), an optional one a warning. Ours are the node extension
 //!
 //! ```json
 //! "extensions": { "PATHSPACE_sphere": { "radius": 0.5, "material": 2 } }
 //! ```
 //!
-//! an analytic sphere around the node's origin with the radius in the node's units (the node's scale must be uniform) and a
-//! material of the file (without one, the default material). It faces outward. Another reader shows nothing there. And the
-//! camera extension
+//! an analytic sphere around the node's origin with the radius in the node's units (the node's scale must be uniform)
+//! and a material of the file (without one, the default material). It faces outward. Another reader shows nothing
+//! there. And the camera extension
 //!
 //! ```json
 //! "extensions": { "PATHSPACE_thin_lens": { "aperture": 0.05, "focusDistance": 3.0 } }
 //! ```
 //!
-//! which gives a perspective camera a thin lens of this *diameter*, sharp in the plane at this distance along the viewing
-//! axis. Both are metres of the world whatever the node's scale, as that does not apply to cameras. Another reader sees
-//! through a pinhole, everything sharp.
+//! which gives a perspective camera a thin lens of this *diameter*, sharp in the plane at this distance along the
+//! viewing axis. Both are metres of the world whatever the node's scale, as that does not apply to cameras. Another
+//! reader sees through a pinhole, everything sharp.
 //!
 //! # Cameras
-//! Perspective and orthographic, placed by their nodes, the nodes' scale ignored (as glTF says). Nothing is clipped at `znear`
-//! or `zfar`: a perspective camera sees all that is before its lens, an orthographic one all that is before the plane of its
-//! film through the node's origin.
+//! Perspective and orthographic, placed by their nodes, the nodes' scale ignored (as glTF says). Nothing is clipped at
+//! `znear` or `zfar`: a perspective camera sees all that is before its lens, an orthographic one all that is before the
+//! plane of its film through the node's origin.
 //!
 //! # Far from the origin
-//! Nodes are placed in f64, with the numbers of the JSON. Where a scene lies far from the file's origin, [`Loaded::centre`] becomes the
-//! origin of all that is read before it is rounded to f32; it is zero for others.
+//! Nodes are placed in f64, with the numbers of the JSON. Where a scene lies far from the file's origin,
+//! [`Loaded::centre`] becomes the origin of all that is read before it is rounded to f32; it is zero for others.
 //!
 //! # Materials
-//! Which glTF material becomes which BSDF stands at [`Parameters::bsdf`](crate::scene::material::Parameters::bsdf). `doubleSided` decides which sides of an
-//! emitter emit, and what [`Scene::culling_back_faces`] hides from the camera. Otherwise back faces are there and reflect as front faces do.
+//! Which glTF material becomes which BSDF stands at [`Parameters::bsdf`](crate::scene::material::Parameters::bsdf).
+//! `doubleSided` decides which sides of an emitter emit, and what [`Scene::culling_back_faces`] hides from the camera.
+//! Otherwise back faces are there and reflect as front faces do.
 //!
-//! A volume (`KHR_materials_volume`) is what all closed surfaces of a material enclose, wherever they are; cameras, lamps and other
-//! volumes may be in it, and where volumes overlap the smaller one is there: see [`media`]. A surface that is not closed is
-//! warned of, and so is one that is inside out.
+//! A volume (`KHR_materials_volume`) is what all closed surfaces of a material enclose, wherever they are; cameras,
+//! lamps and other volumes may be in it, and where volumes overlap the smaller one is there: see [`media`]. A surface
+//! that is not closed is warned of, and so is one that is inside out.
 
 mod accessor;
 mod attribute;
@@ -107,11 +108,11 @@ use node::{Placed, is_near};
 pub struct Loaded {
     /// Triangles, spheres and instances, not yet built into a tree.
     pub geometry: Geometry,
-    /// Where the origin of everything here lies in the file's coordinates, metres: zero, or the place around which the detail of a
-    /// scene lies that is far from the file's origin.
+    /// Where the origin of everything here lies in the file's coordinates, metres: zero, or the place around which the
+    /// detail of a scene lies that is far from the file's origin.
     pub centre: DVec3,
-    /// The materials: those of the file in its order, then the default one and those of meshes with vertex colours, as far as
-    /// something uses them.
+    /// The materials: those of the file in its order, then the default one and those of meshes with vertex colours, as
+    /// far as something uses them.
     pub materials: Vec<Material>,
     /// Lights without a surface. Emissive surfaces are found by their materials.
     pub lights: Vec<PunctualLight>,
@@ -234,7 +235,8 @@ pub fn read(bytes: &[u8], folder: &Path, file: &str, options: &LoadOptions<'_>) 
             .map(|(id, fault)| {
                 let name = quoted(&scene.loaded.materials[id.0 as usize].name);
                 format!(
-                    "/materials/{} ({name}): {fault}, so that the volume which it bounds is no body: a segment of a path lies \
+                    "/materials/{} ({name}): {fault}, so that the volume which it bounds is no body: a segment of a \
+                     path lies \
                      inside only if one of its ends is this surface seen from behind",
                     scene.sources[id.0 as usize]
                 )

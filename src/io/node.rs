@@ -7,7 +7,8 @@ use serde_json::Value;
 
 use super::{error::Fault, far, limits::Limit};
 
-/// Metres from the world's origin beyond which nothing may lie: squared distances and areas must stay in the range of f32.
+/// Metres from the world's origin beyond which nothing may lie: squared distances and areas must stay in the range of
+/// f32.
 const FARTHEST: f32 = 1e17;
 
 /// Whether `point` can be computed with.

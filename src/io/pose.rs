@@ -124,8 +124,8 @@ impl Influences {
         self.0.is_empty()
     }
 
-    /// The transformation of a vertex: Σ weight · joint matrix, the weights brought to a sum of 1. Where all weights are 0,
-    /// the first joint's (files have such vertices, and other readers do this).
+    /// The transformation of a vertex: Σ weight · joint matrix, the weights brought to a sum of 1. Where all weights
+    /// are 0, the first joint's (files have such vertices, and other readers do this).
     fn matrix(&self, vertex: usize, joints: &[DAffine3]) -> Result<DAffine3, Fault> {
         let mut sum = DMat4::ZERO;
         let mut total = 0.0;
@@ -150,8 +150,8 @@ impl Influences {
 
 /// From bind pose to world space for each joint of a node's skin: global transform of the joint · inverse bind matrix.
 ///
-/// `None`, with a warning, if a joint is not in the scene. The transform of the skinned node itself plays no part (glTF 2.0
-/// specification, 3.7.3.3).
+/// `None`, with a warning, if a joint is not in the scene. The transform of the skinned node itself plays no part (glTF
+/// 2.0 specification, 3.7.3.3).
 pub(super) fn joints(
     root: &Root,
     accessors: Accessors<'_>,

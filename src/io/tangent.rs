@@ -14,8 +14,8 @@ const STACK: usize = 1 << 24;
 /// More of it for each triangle: several times what a call takes.
 const STACK_PER_TRIANGLE: usize = 1024;
 
-/// Gives `part` the tangents of its normal texture, from the texture coordinates that the texture is looked up with. Vertices
-/// whose triangles do not agree on a tangent are split. Without texture coordinates there is no tangent.
+/// Gives `part` the tangents of its normal texture, from the texture coordinates that the texture is looked up with.
+/// Vertices whose triangles do not agree on a tangent are split. Without texture coordinates there is no tangent.
 ///
 /// False if tangents cannot be made; then the mesh is left as it is.
 #[must_use]

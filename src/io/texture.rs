@@ -28,8 +28,8 @@ impl<'a> From<&'a Info> for Reference<'a> {
     }
 }
 
-/// Reads the texture that the reference at the JSON pointer `at` names; `None`, with a warning, for one that has no image
-/// of a kind that is read, or whose texture coordinates are not.
+/// Reads the texture that the reference at the JSON pointer `at` names; `None`, with a warning, for one that has no
+/// image of a kind that is read, or whose texture coordinates are not.
 pub(super) fn read(
     root: &Root,
     images: &mut Images<'_>,

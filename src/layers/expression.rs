@@ -1,5 +1,5 @@
-//! Light path expressions: regular expressions over what happens along a path (Heckbert 1990; the notation is that of Open Shading
-//! Language's light path expressions).
+//! Light path expressions: regular expressions over what happens along a path (Heckbert 1990; the notation is that of
+//! Open Shading Language's light path expressions).
 
 use std::fmt;
 
@@ -69,10 +69,11 @@ const LARGEST_BEFORE: usize = 1 << 16;
 impl Expression {
     /// Reads an expression.
     ///
-    /// `C` is the camera, `D`, `G` and `S` are diffuse, glossy and specular scattering, `L` is a light, `R` and `T` are any reflection and
-    /// transmission, `.` is anything. `<TS>` is what is both, `<S'glass'>` what happens at a material of that name, `<L sun>` a light
-    /// of that kind (surface, point, spot, sun, sky). `[DG]` is one of several, `[^S]` none of them; `*`, `+`, `?`, `{n}`, `{n,}`,
-    /// `{n,m}`, `|` and parentheses are those of regular expressions. The whole path has to match, from the camera on.
+    /// `C` is the camera, `D`, `G` and `S` are diffuse, glossy and specular scattering, `L` is a light, `R` and `T` are
+    /// any reflection and transmission, `.` is anything. `<TS>` is what is both, `<S'glass'>` what happens at a
+    /// material of that name, `<L sun>` a light of that kind (surface, point, spot, sun, sky). `[DG]` is one of
+    /// several, `[^S]` none of them; `*`, `+`, `?`, `{n}`, `{n,}`, `{n,m}`, `|` and parentheses are those of regular
+    /// expressions. The whole path has to match, from the camera on.
     ///
     /// # Errors
     /// If it is not of this form.

@@ -1,7 +1,8 @@
 //! Layers: images of the paths that a predicate holds for, made beside the image itself.
 //!
-//! A predicate asks a path for its events ([`Expression`]), its length, its light or the strategy that found it. Every layer is a film
-//! of its own, whose sums are as exact as the image's: layers that share every path among them add up to the image exactly.
+//! A predicate asks a path for its events ([`Expression`]), its length, its light or the strategy that found it. Every
+//! layer is a film of its own, whose sums are as exact as the image's: layers that share every path among them add up
+//! to the image exactly.
 
 mod alphabet;
 mod expression;
@@ -36,8 +37,8 @@ pub enum LayerSet {
     Lights,
     /// w C of each strategy (s,t): Veach's pyramid.
     Strategies,
-    /// C of each strategy (s,t), unweighted: what it makes of all paths that it can find, an image of its own. What has no weight at all
-    /// is not there, such as hits of lights by `-i path-light`.
+    /// C of each strategy (s,t), unweighted: what it makes of all paths that it can find, an image of its own. What has
+    /// no weight at all is not there, such as hits of lights by `-i path-light`.
     Unweighted,
 }
 
@@ -184,7 +185,8 @@ impl Layers {
         self.len() == 0
     }
 
-    /// Adds a deposit of the image to the films of the layers that the path belongs to; `films` has one for each, in their order.
+    /// Adds a deposit of the image to the films of the layers that the path belongs to; `films` has one for each, in
+    /// their order.
     pub(crate) fn deposit(&self, scene: &Scene, path: &JoinedPath, value: Rgb, half: Half, films: &[Film]) {
         let mut symbols = [0; LONGEST];
         let mut spelled = 0;

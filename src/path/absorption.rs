@@ -12,7 +12,8 @@ use crate::{
 
 use super::{Edge, Step};
 
-/// exp(−σ_a d) along the edge from `a`, the camera's end, to `b`, in the medium into which `a` sees it leave: of a connection.
+/// exp(−σ_a d) along the edge from `a`, the camera's end, to `b`, in the medium into which `a` sees it leave: of a
+/// connection.
 #[inline(never)]
 pub(super) fn connecting_transmittance(scene: &Scene, a: &Point, ab: &Edge, b: &Point) -> Rgb {
     transmittance(scene, a, ab, b, Transport::Radiance, a.medium_towards(ab.direction))
@@ -29,8 +30,9 @@ pub(super) fn walked_transmittance(
     transmittance(scene, &from.vertex.point, &here.back.reversed(), &here.vertex.point, walked, medium)
 }
 
-/// exp(−σ_a d) along the edge from `a` to `b`: the part of the light that `medium`, in which the edge lies, lets pass, or the local
-/// volume in its place. For that the end nearer the camera is asked first, whichever way the edge was found.
+/// exp(−σ_a d) along the edge from `a` to `b`: the part of the light that `medium`, in which the edge lies, lets pass,
+/// or the local volume in its place. For that the end nearer the camera is asked first, whichever way the edge was
+/// found.
 fn transmittance(scene: &Scene, a: &Point, ab: &Edge, b: &Point, walked: Transport, medium: MediumId) -> Rgb {
     let absorption = match walked {
         Transport::Radiance => scene.absorption(a, ab.direction, b, medium),

@@ -105,7 +105,8 @@ impl<'a> Path<'a> {
         self.visibility[i] * e.cos_i * e.cos_j / e.distance_squared
     }
 
-    /// F_j(p̄)/h_j = W_e(p_1→p_0) G(p_0↔p_1) T(p̄) L_e(p_n→p_{n−1}): the measurement contribution without the pixel's filter.
+    /// F_j(p̄)/h_j = W_e(p_1→p_0) G(p_0↔p_1) T(p̄) L_e(p_n→p_{n−1}): the measurement contribution without the pixel's
+    /// filter.
     pub fn contribution(&self) -> DVec3 {
         let n = self.edges();
         let we = f64::from(self.scene.camera.we(&self.vertices[0].point, self.segment(0, 1).direction.as_vec3()));
@@ -115,10 +116,9 @@ impl<'a> Path<'a> {
         we * self.geometry_term(0) * self.transmittance(0) * self.throughput() * le
     }
 
-    /// p_{s,t}(p̄): the density with which strategy (s,t) finds this path, with respect to the product area measure
-    /// (dω for an infinite p_n; coefficients of deltas at a pinhole, an orthographic camera, a point light, a sun and in delta
-    /// lobes). Zero if it cannot.
-    /// Walks sample their directions by the BSDF; [`Path::pdf_by`] knows other rules.
+    /// p_{s,t}(p̄): the density with which strategy (s,t) finds this path, with respect to the product area measure (dω
+    /// for an infinite p_n; coefficients of deltas at a pinhole, an orthographic camera, a point light, a sun and in
+    /// delta lobes). Zero if it cannot. Walks sample their directions by the BSDF; [`Path::pdf_by`] knows other rules.
     ///
     /// # Panics
     /// If s + t is not the number of vertices.
@@ -150,8 +150,8 @@ impl<'a> Path<'a> {
         camera_part * light_part
     }
 
-    /// The density with which area sampling draws this path: that of p_0, 1/A for every other vertex but the last, and for p_n that
-    /// among the emitters. V is no part of it. Zero if it cannot: through delta lobes, and from lights
+    /// The density with which area sampling draws this path: that of p_0, 1/A for every other vertex but the last, and
+    /// for p_n that among the emitters. V is no part of it. Zero if it cannot: through delta lobes, and from lights
     /// that are no surfaces.
     pub fn pdf_area(&self) -> f64 {
         let n = self.edges();
@@ -165,8 +165,8 @@ impl<'a> Path<'a> {
         f64::from(self.scene.camera.pdf_lens().0) * surfaces * f64::from(self.scene.emitters().pdf(end).0)
     }
 
-    /// Whether each end of the path is a direction alone (an orthographic camera and an environment): two that are sampled
-    /// independently never fit together.
+    /// Whether each end of the path is a direction alone (an orthographic camera and an environment): two that are
+    /// sampled independently never fit together.
     fn ends_are_directions(&self) -> bool {
         let place = |i: usize| self.vertices[i].point.place;
         place(0) == Place::Film && place(self.edges()) == Place::Infinite
@@ -201,7 +201,8 @@ impl<'a> Path<'a> {
         PathClass::new(std::iter::once(Event::Camera).chain((1..n).map(event)).chain([Event::Light]))
     }
 
-    /// c_i: the density of p_i when it is sampled from p_{i−1}, with the probability that the ray passes what it crosses.
+    /// c_i: the density of p_i when it is sampled from p_{i−1}, with the probability that the ray passes what it
+    /// crosses.
     fn camera_density(&self, i: usize, directions: Directions) -> f64 {
         if i == 0 {
             return f64::from(self.scene.camera.pdf_lens().0);
@@ -241,8 +242,8 @@ impl<'a> Path<'a> {
         self.visibility[edge] * f64::from(self.vertices[i].point.alpha)
     }
 
-    /// f̂(p_{i+1}→p_i→p_{i−1}) = α f_s |ω_s·N_s| / |ω·N_g| dω_s/dω for ω = ω_{i+1}, 1/sr; in a delta lobe, whose coefficients are
-    /// with respect to dω, without dω_s/dω.
+    /// f̂(p_{i+1}→p_i→p_{i−1}) = α f_s |ω_s·N_s| / |ω·N_g| dω_s/dω for ω = ω_{i+1}, 1/sr; in a delta lobe, whose
+    /// coefficients are with respect to dω, without dω_s/dω.
     fn scattering(&self, i: usize) -> DVec3 {
         let v = &self.vertices[i];
         let f = self.scatter(i, Directions::Bsdf).f;
@@ -256,7 +257,8 @@ impl<'a> Path<'a> {
         f.as_dvec3() * (shading / geometric * jacobian * f64::from(v.point.alpha))
     }
 
-    /// f_s at p_i with both densities over N_g by the rule `directions`; zero where N_s and N_g disagree on a direction's side.
+    /// f_s at p_i with both densities over N_g by the rule `directions`; zero where N_s and N_g disagree on a
+    /// direction's side.
     fn scatter(&self, i: usize, directions: Directions) -> Scatter {
         let v = &self.vertices[i];
         let [camera, light] = self.shading_directions(i);
@@ -294,8 +296,8 @@ impl<'a> Path<'a> {
         bsdf
     }
 
-    /// exp(−σ_a d) of the medium that edge i lies in. A volume that is no body is asked first, by the end nearer the camera and then by
-    /// the other.
+    /// exp(−σ_a d) of the medium that edge i lies in. A volume that is no body is asked first, by the end nearer the
+    /// camera and then by the other.
     fn transmittance(&self, i: usize) -> DVec3 {
         let Some(media) = self.scene.media() else { return DVec3::ONE };
         let (a, b) = (&self.vertices[i].point, &self.vertices[i + 1].point);
@@ -315,8 +317,8 @@ impl<'a> Path<'a> {
         sigma.as_dvec3().map(|s| if s == 0.0 { 1.0 } else { (-s * e.distance).exp() })
     }
 
-    /// The media of all edges and around all boundaries, by crossings from outside to the middle of the edge, and to a place just before
-    /// or behind the boundary. Nothing of what walks know of them.
+    /// The media of all edges and around all boundaries, by crossings from outside to the middle of the edge, and to a
+    /// place just before or behind the boundary. Nothing of what walks know of them.
     fn surroundings(&self, media: &Media) -> &Surroundings {
         let around = |place: Vec3, side: Option<Vec3>| media.around(self.scene.geometry(), place, side).medium();
         let edge = |pair: &[Vertex]| {

@@ -9,12 +9,12 @@ use crate::{
 
 /// The segment from a vertex a to a vertex b.
 ///
-/// Infinite and degenerate ends fit in by convention (design of the measures): an infinite end has squared distance 1 and
-/// cosine 1, since there dA becomes dω and G becomes V|cos θ|; a degenerate end has cosine 1. An orthographic film is to the
-/// camera what infinity is to a sun.
+/// Infinite and degenerate ends fit in by convention (design of the measures): an infinite end has squared distance 1
+/// and cosine 1, since there dA becomes dω and G becomes V|cos θ|; a degenerate end has cosine 1. An orthographic film
+/// is to the camera what infinity is to a sun.
 ///
-/// Coverage is here because densities need it: a walk along the edge passes what lies between with probability V, and stops
-/// at the far end with that end's α.
+/// Coverage is here because densities need it: a walk along the edge passes what lies between with probability V, and
+/// stops at the far end with that end's α.
 #[derive(Clone, Copy, Debug)]
 pub struct Edge {
     /// The unit direction from a to b.

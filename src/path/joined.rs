@@ -26,8 +26,8 @@ use crate::{
 /// and the last two light vertices' from the camera.
 #[derive(Clone, Copy, Debug)]
 pub struct Joint {
-    /// The factors of F between the prefixes: f̂ V⁻¹G f̂ for inner connections, with W_e or L_e at a path's end; L_e alone for s = 0.
-    /// α cancels where a walk stopped; at an end that was sampled on its own it is in L_e.
+    /// The factors of F between the prefixes: f̂ V⁻¹G f̂ for inner connections, with W_e or L_e at a path's end; L_e
+    /// alone for s = 0. α cancels where a walk stopped; at an end that was sampled on its own it is in L_e.
     value: Rgb,
     /// V of the connecting edge, 1 until [`JoinedPath::seen`] has found it; it is in this joint's densities.
     visibility: f32,
@@ -85,8 +85,9 @@ impl<'a> JoinedPath<'a> {
     }
 
     /// s ≥ 1, t ≥ 1: connects the last vertices of two prefixes. `light` is a prefix of a light subpath, whose
-    /// [`Subpath::next_event_ratio`] is passed along, or a single next-event vertex with the ratio of its two densities.
-    /// `raster` is the camera subpath's; t = 1 finds its own. `None` where nothing passes, before any ray is traced.
+    /// [`Subpath::next_event_ratio`] is passed along, or a single next-event vertex with the ratio of its two
+    /// densities. `raster` is the camera subpath's; t = 1 finds its own. `None` where nothing passes, before any ray is
+    /// traced.
     #[inline(always)]
     pub fn connect(
         scene: &'a Scene,
@@ -149,8 +150,8 @@ impl<'a> JoinedPath<'a> {
         self.raster
     }
 
-    /// F/p without h_j, over roulette's survival probability: one sample's unweighted estimate. With V = 1 on the connecting
-    /// edge before [`JoinedPath::seen`]: what the path could contribute at most.
+    /// F/p without h_j, over roulette's survival probability: one sample's unweighted estimate. With V = 1 on the
+    /// connecting edge before [`JoinedPath::seen`]: what the path could contribute at most.
     #[inline(always)]
     pub fn contribution(&self) -> Rgb {
         let light = self.light.last().map_or(Rgb::ONE, |y| y.beta);
@@ -181,8 +182,8 @@ impl<'a> JoinedPath<'a> {
         mis_weight(self, strategy, techniques, heuristic)
     }
 
-    /// The path with V of its connecting edge, which costs a ray; `None` if nothing passes. All other edges were found by rays,
-    /// and for s = 0 there is no connection: the path itself.
+    /// The path with V of its connecting edge, which costs a ray; `None` if nothing passes. All other edges were found
+    /// by rays, and for s = 0 there is no connection: the path itself.
     ///
     /// V is in the densities with which the other strategies walk along this edge, so this comes before any weight.
     #[inline(always)]
@@ -285,8 +286,8 @@ impl<'a> JoinedPath<'a> {
         self.camera
     }
 
-    /// The path with another camera prefix of the same length joined to the same light prefix, as visible as before: for
-    /// oracles that plant mistakes.
+    /// The path with another camera prefix of the same length joined to the same light prefix, as visible as before:
+    /// for oracles that plant mistakes.
     pub fn with_camera<'b>(&self, camera: &'b [Step]) -> Option<JoinedPath<'b>>
     where
         'a: 'b,
@@ -413,8 +414,8 @@ impl<'a> JoinedPath<'a> {
 }
 
 impl<'a> JoinedPath<'a> {
-    /// A path that area sampling drew, with its V: F/p straight from the definition. `steps` is storage for its vertices.
-    /// `None` if it contributes nothing.
+    /// A path that area sampling drew, with its V: F/p straight from the definition. `steps` is storage for its
+    /// vertices. `None` if it contributes nothing.
     pub fn by_areas(scene: &'a Scene, path: &Path<'_>, steps: &'a mut Vec<Step>, raster: Raster) -> Option<Self> {
         let value = (path.contribution() / path.pdf_area()).as_vec3();
         steps.clear();

@@ -17,8 +17,8 @@ pub enum Heuristic {
 
 /// What a weight depends on: the densities of one path, vertex by vertex, from both sides.
 ///
-/// With c_i = `camera_density(i)` and l_i = `light_density(i)`, strategy (s,t) has density p_{s,t} = Π_{i<t} c_i Π_{i≥t} l_i,
-/// except that p_{1,t≥2} has the next-event density of p_n in place of the emission density l_n.
+/// With c_i = `camera_density(i)` and l_i = `light_density(i)`, strategy (s,t) has density p_{s,t} = Π_{i<t} c_i
+/// Π_{i≥t} l_i, except that p_{1,t≥2} has the next-event density of p_n in place of the emission density l_n.
 pub trait Densities {
     /// n, the path's length in edges.
     fn edges(&self) -> u32;
@@ -28,11 +28,13 @@ pub trait Densities {
     fn light_density(&self, i: u32) -> PdfArea;
     /// Next-event density of p_n given p_{n−1}, over its emission density l_n.
     fn next_event_ratio(&self) -> f32;
-    /// Whether p_i passes a delta lobe, so that no edge can be connected to it. Its densities still are in the products.
+    /// Whether p_i passes a delta lobe, so that no edge can be connected to it. Its densities still are in the
+    /// products.
     fn is_delta(&self, i: u32) -> bool;
     /// Whether a ray can meet the light at p_n: point lights and suns are neither hit nor seen directly.
     fn light_is_hittable(&self) -> bool;
-    /// Whether both p_0 and p_n are directions alone (an orthographic camera and an environment), which (1,1) cannot join.
+    /// Whether both p_0 and p_n are directions alone (an orthographic camera and an environment), which (1,1) cannot
+    /// join.
     fn ends_are_directions(&self) -> bool;
 }
 
@@ -66,10 +68,10 @@ pub(super) fn share(count: f32, per_own: f32) -> f32 {
 
 /// w_{s,t}(p̄): the share of a path that the strategy which found it may deposit.
 ///
-/// `strategy` must have found the path: its count and all its densities are positive. The ratios n p_{s',t'} / n p_{s,t}
-/// are built step by step outwards from the connection, never as products of densities, and in f64: single ones may be as large as
-/// 10⁸³, and what leaves f32's range at one vertex may come back at the next.
-/// Returns a number in [0, 1]; the weights of all supported strategies sum to 1.
+/// `strategy` must have found the path: its count and all its densities are positive. The ratios n p_{s',t'} / n
+/// p_{s,t} are built step by step outwards from the connection, never as products of densities, and in f64: single ones
+/// may be as large as 10⁸³, and what leaves f32's range at one vertex may come back at the next. Returns a number in
+/// [0, 1]; the weights of all supported strategies sum to 1.
 #[inline(always)]
 pub fn mis_weight(path: &impl Densities, strategy: Strategy, techniques: &Techniques, heuristic: Heuristic) -> f32 {
     let others = |lower: fn(f64) -> f64, higher: fn(f64) -> f64| others(path, strategy, techniques, lower, higher);
@@ -89,8 +91,8 @@ pub fn mis_weight(path: &impl Densities, strategy: Strategy, techniques: &Techni
     }
 }
 
-/// Σ over the other strategies that could have found the path of a function of n p_{s',t'} / n p_{s,t}: over those with fewer light
-/// vertices, and over those with more.
+/// Σ over the other strategies that could have found the path of a function of n p_{s',t'} / n p_{s,t}: over those with
+/// fewer light vertices, and over those with more.
 #[inline(always)]
 fn others(
     path: &impl Densities,
@@ -127,10 +129,11 @@ fn others(
     (lower_s, higher_s)
 }
 
-/// Whether some strategy of the table could have found the path: its count is positive, and so is every density in its product.
+/// Whether some strategy of the table could have found the path: its count is positive, and so is every density in its
+/// product.
 ///
-/// Signs alone decide, so that nothing underflows. The densities are those of a path that walks and connections have found, by
-/// the BSDF.
+/// Signs alone decide, so that nothing underflows. The densities are those of a path that walks and connections have
+/// found, by the BSDF.
 pub fn is_covered(path: &impl Densities, techniques: &Techniques) -> bool {
     let n = path.edges();
     let from_camera = (1..=n).take_while(|i| path.camera_density(*i) > PdfArea::ZERO).count() as u32;
@@ -140,11 +143,12 @@ pub fn is_covered(path: &impl Densities, techniques: &Techniques) -> bool {
     (lowest..=highest).any(|t| effective_count(path, Strategy { s: n + 1 - t, t }, techniques) > 0.0)
 }
 
-/// How much a table deposits where it finds this path, over F/(n p) of the table `own` whose strategy `found` found it: the mean
-/// over the table's strategies in proportion to what they deposit, Σ w_s² n p/(n_s p_s). Infinite where the table does not
-/// cover the path.
+/// How much a table deposits where it finds this path, over F/(n p) of the table `own` whose strategy `found` found it:
+/// the mean over the table's strategies in proportion to what they deposit, Σ w_s² n p/(n_s p_s). Infinite where the
+/// table does not cover the path.
 ///
-/// With it, what one integrator finds says how rare and how large the finds of another are, also those that it has not made yet.
+/// With it, what one integrator finds says how rare and how large the finds of another are, also those that it has not
+/// made yet.
 pub fn relative_deposit(
     path: &impl Densities,
     found: Strategy,
@@ -312,7 +316,10 @@ mod tests {
     proptest! {
         /// Over all of f32's range: near-smooth metals beside micrometre lamps are well within it.
         #[test]
-        fn weights_of_any_densities_are_those_by_logarithms(path in densities_up_to(85.0), entries in prop::collection::vec(0_u32..3, 100)) {
+        fn weights_of_any_densities_are_those_by_logarithms(
+            path in densities_up_to(85.0),
+            entries in prop::collection::vec(0_u32..3, 100),
+        ) {
             let table = Techniques::new(SENSOR, 8, separable(&entries));
             for (heuristic, exponent) in [(Heuristic::Balance, 1.0), (Heuristic::Power, 2.0)] {
                 for (strategy, running) in weights_by_running_sums(&path, &table, heuristic) {
@@ -320,7 +327,8 @@ mod tests {
                     let whole = mis_weight(&path, strategy, &table, heuristic);
                     for (weight, how) in [(running, "running"), (whole, "whole")] {
                         let off = (f64::from(weight) - exact).abs();
-                        prop_assert!(off <= 1e-5 * exact + 1e-37, "{heuristic:?} {strategy}, {how}: {weight} for {exact}");
+                        prop_assert!(off <= 1e-5 * exact + 1e-37, "{heuristic:?} {strategy}, {how}: {weight} for \
+                            {exact}");
                     }
                 }
             }
@@ -328,14 +336,19 @@ mod tests {
 
         /// Σ n_s p_s (w_s F/(n_s p_s))² over the table is what one find deposits, whichever strategy found the path.
         #[test]
-        fn a_relative_deposit_is_the_second_moment(path in densities(), entries in prop::collection::vec(0_u32..3, 100)) {
+        fn a_relative_deposit_is_the_second_moment(
+            path in densities(),
+            entries in prop::collection::vec(0_u32..3, 100),
+        ) {
             let sensor = Sensor { width: 7, height: 5, padding: 1 };
-            let (all, table) = (Techniques::new(sensor, 9, |_| 1), Techniques::new(sensor, 9, |x| entries[((x.s * 10 + x.t) % 100) as usize]));
+            let all = Techniques::new(sensor, 9, |_| 1);
+            let table = Techniques::new(sensor, 9, |x| entries[((x.s * 10 + x.t) % 100) as usize]);
             let n = path.edges();
             let strategies = || (1..=n + 1).map(|t| Strategy { s: n + 1 - t, t });
             // n_s p_s over the product of all light densities.
             let np = |x: Strategy, table: &Techniques| {
-                let ratio: f64 = (1..x.t).map(|i| f64::from(path.camera[i as usize]) / f64::from(path.light[i as usize])).product();
+                let ratio = |i: u32| f64::from(path.camera[i as usize]) / f64::from(path.light[i as usize]);
+                let ratio: f64 = (1..x.t).map(ratio).product();
                 ratio * f64::from(effective_count(&path, x, table))
             };
             for heuristic in [Heuristic::Balance, Heuristic::Power, Heuristic::FirstSupported] {
@@ -358,7 +371,11 @@ mod tests {
 
         /// For tables that allow it.
         #[test]
-        fn running_sums_give_the_whole_tables_weights(path in densities(), entries in prop::collection::vec(0_u32..3, 100), other in 1_u32..3) {
+        fn running_sums_give_the_whole_tables_weights(
+            path in densities(),
+            entries in prop::collection::vec(0_u32..3, 100),
+            other in 1_u32..3,
+        ) {
             let table = Techniques::new(SENSOR, 8, separable(&entries));
             for heuristic in [Heuristic::Balance, Heuristic::Power] {
                 for (strategy, fast) in weights_by_running_sums(&path, &table, heuristic) {
@@ -366,7 +383,8 @@ mod tests {
                     prop_assert!((fast - whole).abs() <= 1e-5 * whole, "{heuristic:?} {strategy}: {fast} {whole}");
                 }
             }
-            let one_more = Techniques::new(SENSOR, 8, |x| separable(&entries)(x) + if (x.s, x.t) == (3, 4) { other } else { 0 });
+            let more = |x: Strategy| if (x.s, x.t) == (3, 4) { other } else { 0 };
+            let one_more = Techniques::new(SENSOR, 8, |x| separable(&entries)(x) + more(x));
             prop_assert!(Rivals::of(&one_more, Heuristic::Power).is_none());
         }
 
@@ -381,7 +399,8 @@ mod tests {
                     .filter(|x| effective_count(&path, *x, &table) > 0.0)
                     .collect();
                 let sum: f32 = supported.iter().map(|x| mis_weight(&path, *x, &table, heuristic)).sum();
-                prop_assert!(supported.is_empty() || (sum - 1.0).abs() < 1e-4, "{heuristic:?}: {sum} over {supported:?}");
+                prop_assert!(supported.is_empty() || (sum - 1.0).abs() < 1e-4, "{heuristic:?}: {sum} over \
+                    {supported:?}");
             }
         }
     }

@@ -8,9 +8,9 @@
 //! | F_j(p̄) | [`Path::contribution`] |
 //! | p_{s,t}, n_{s,t}, w_{s,t} | [`Path::pdf`], [`Techniques`], [`mis_weight`] |
 //!
-//! The core has two faces. The **definition** ([`Path`]) is written straight from the formulas, in f64 and without caches.
-//! The **fast form** ([`Subpath`], [`JoinedPath`]) carries prefix products and densities that the random walks fill in.
-//! `tests/identity.rs` holds them together for every path that any integrator finds.
+//! The core has two faces. The **definition** ([`Path`]) is written straight from the formulas, in f64 and without
+//! caches. The **fast form** ([`Subpath`], [`JoinedPath`]) carries prefix products and densities that the random walks
+//! fill in. `tests/identity.rs` holds them together for every path that any integrator finds.
 
 mod absorption;
 mod class;

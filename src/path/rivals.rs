@@ -1,9 +1,10 @@
 //! Weights in constant time: running sums over the rivals of a strategy, filled in while a subpath is walked.
 //!
-//! Of all the strategies that could have found a path, those that connect three vertices or more before the present connection see nothing
-//! of it: what they have against a strategy that connects further on is a matter of the subpath alone. So each vertex carries their sum
-//! R_j = (p_other/p_own)^β (n_j^β + R_{j−1}), and a weight adds to it the two nearest on each side. That needs a table whose n_{s,t} is,
-//! so far back, a matter of the subpath alone as well ([`Rivals::of`]); any other is summed whole ([`mis_weight`](super::mis_weight)).
+//! Of all the strategies that could have found a path, those that connect three vertices or more before the present
+//! connection see nothing of it: what they have against a strategy that connects further on is a matter of the subpath
+//! alone. So each vertex carries their sum R_j = (p_other/p_own)^β (n_j^β + R_{j−1}), and a weight adds to it the two
+//! nearest on each side. That needs a table whose n_{s,t} is, so far back, a matter of the subpath alone as well
+//! ([`Rivals::of`]); any other is summed whole ([`mis_weight`](super::mis_weight)).
 
 use super::{
     Densities, Heuristic, Strategy, Techniques,
@@ -63,9 +64,10 @@ impl Exponent {
 
 /// A running sum as a vertex keeps it: R_j^{1/β}, the upper half of an f64.
 ///
-/// Densities of near-smooth metals and of micrometre lamps are 10¹² and more, and a sum may leave the range of f32 at one vertex, squared,
-/// and come back at the next. As a root it has the range of an f64, 10³⁰⁸, in which four vertices in a row may have a ratio as large as
-/// densities can be apart; 21 bits are left of it, an error of up to 2⁻²¹ at each vertex, in the four bytes that a vertex has for it.
+/// Densities of near-smooth metals and of micrometre lamps are 10¹² and more, and a sum may leave the range of f32 at
+/// one vertex, squared, and come back at the next. As a root it has the range of an f64, 10³⁰⁸, in which four vertices
+/// in a row may have a ratio as large as densities can be apart; 21 bits are left of it, an error of up to 2⁻²¹ at each
+/// vertex, in the four bytes that a vertex has for it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct RivalSum(u32);
 
@@ -98,9 +100,9 @@ impl RunningSum {
         self.counts.is_empty()
     }
 
-    /// R_j from R_{j−1}: `other` and `own` are the densities of the subpath's vertex j, counted from 0, from the other side and from its
-    /// own, and `connects` is how many times its j-th edge, between the vertices j−1 and j, counts as one that can be connected (the
-    /// table's count apart).
+    /// R_j from R_{j−1}: `other` and `own` are the densities of the subpath's vertex j, counted from 0, from the other
+    /// side and from its own, and `connects` is how many times its j-th edge, between the vertices j−1 and j, counts as
+    /// one that can be connected (the table's count apart).
     #[inline(always)]
     pub(super) fn next(&self, j: usize, [other, own]: [PdfArea; 2], connects: f32, before: RivalSum) -> RivalSum {
         let count = self.counts.get(j).copied().unwrap_or(0.0);
@@ -112,8 +114,8 @@ impl RunningSum {
 }
 
 impl Rivals {
-    /// The counts of a table in which n_{s,t} depends on t alone where s ≥ 3, and on s alone where t ≥ 4, among the strategies of all
-    /// lengths; `None` for another, and for a rule that sums nothing.
+    /// The counts of a table in which n_{s,t} depends on t alone where s ≥ 3, and on s alone where t ≥ 4, among the
+    /// strategies of all lengths; `None` for another, and for a rule that sums nothing.
     pub fn of(table: &Techniques, heuristic: Heuristic) -> Option<Self> {
         let exponent = match heuristic {
             Heuristic::Balance => Exponent::One,
@@ -139,8 +141,8 @@ impl Rivals {
         Some(Self { camera, light, unit })
     }
 
-    /// [`mis_weight`](super::mis_weight) from the running sums: `towards_camera` is that of p_{t−3}, `towards_light` that of p_{t+2}, zero
-    /// where there is no such vertex in its subpath.
+    /// [`mis_weight`](super::mis_weight) from the running sums: `towards_camera` is that of p_{t−3}, `towards_light`
+    /// that of p_{t+2}, zero where there is no such vertex in its subpath.
     #[inline(always)]
     pub fn weight(
         &self,
@@ -156,8 +158,9 @@ impl Rivals {
         let per_own = 1.0 / count(t);
         let near = |t: u32| f64::from(share(count(t), per_own));
         let range = techniques.range(n);
-        // Up to two vertices move from one side to the other, and with them all further rivals. Each summand is multiplied out before it
-        // is squared: then one beyond f64 leaves nothing to the others, and one below it is nothing to them.
+        // Up to two vertices move from one side to the other, and with them all further rivals. Each summand is
+        // multiplied out before it is squared: then one beyond f64 leaves nothing to the others, and one below it is
+        // nothing to them.
         let term =
             |ratio: f64, rivals: f64| if ratio > 0.0 && rivals > 0.0 { exponent.of(ratio * rivals) } else { 0.0 };
         let further = |sum: RivalSum| f64::from(share(self.unit, per_own)) * sum.root();

@@ -5,8 +5,8 @@
 pub enum Roulette {
     /// Never: only the table's length ends a walk.
     Off,
-    /// At vertices with this many edges behind them, and later, a walk survives with the probability of what the step keeps,
-    /// f̂|cos θ|/p · η²: the lecture's 1 − ρ ends it.
+    /// At vertices with this many edges behind them, and later, a walk survives with the probability of what the step
+    /// keeps, f̂|cos θ|/p · η²: the lecture's 1 − ρ ends it.
     FromDepth(u32),
     /// The same from there on, with the probability of what the walk has kept since its first edge.
     ByThroughput(u32),

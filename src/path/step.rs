@@ -12,14 +12,14 @@ pub struct Step {
     pub vertex: Vertex,
     /// The edge from this vertex back to its predecessor; meaningless at the subpath's first vertex.
     pub back: Edge,
-    /// The prefix of F/p up to this vertex, without f̂ here: Π f̂ G/p, with W_e at the camera or L_e at the light,
-    /// and over the survival probabilities of roulette. V and α stand in both F and p of what a walk finds, and cancel; only
-    /// the α of the light that a walk starts on does not.
+    /// The prefix of F/p up to this vertex, without f̂ here: Π f̂ G/p, with W_e at the camera or L_e at the light, and
+    /// over the survival probabilities of roulette. V and α stand in both F and p of what a walk finds, and cancel;
+    /// only the α of the light that a walk starts on does not.
     pub beta: Rgb,
     /// Own-side density: of this vertex given its predecessors in the walk.
     pub pdf_fwd: PdfArea,
-    /// Other-side density: of this vertex when the path is walked the other way. Known once the walk has gone two vertices
-    /// further; a connection supplies it for the last two.
+    /// Other-side density: of this vertex when the path is walked the other way. Known once the walk has gone two
+    /// vertices further; a connection supplies it for the last two.
     pub pdf_rev: PdfArea,
     /// The product of roulette's survival probabilities so far: in the estimate, not in any density.
     pub survival: f32,

@@ -47,9 +47,9 @@ impl std::fmt::Display for Technique {
 /// The table n_{s,t}: how many samples each strategy contributes to one pass over the image.
 ///
 /// A pass has N_c camera subpaths, one per padded pixel, and N_l light subpaths that splat. An entry is a multiplicity
-/// m_{s,t} ≥ 0 per subpath: n_{s,t≥2} = N_c·m_{s,t} and n_{s,1} = N_l·m_{s,1}. Zero leaves a strategy out; m_{1,t} = N takes
-/// N next-event samples a vertex. A camera subpath that splits into N at its first surface counts N times beyond it. Whatever is no (s,t) (area sampling, merging) joins as a field of its own and one more term
-/// of the weight's sum.
+/// m_{s,t} ≥ 0 per subpath: n_{s,t≥2} = N_c·m_{s,t} and n_{s,1} = N_l·m_{s,1}. Zero leaves a strategy out; m_{1,t} = N
+/// takes N next-event samples a vertex. A camera subpath that splits into N at its first surface counts N times beyond
+/// it. Whatever is no (s,t) (area sampling, merging) joins as a field of its own and one more term of the weight's sum.
 #[derive(Clone, Debug)]
 pub struct Techniques {
     camera_subpaths: u32,
@@ -75,8 +75,8 @@ pub struct Techniques {
 }
 
 impl Techniques {
-    /// A table for paths of at most `max_depth` edges, with m_{s,t} given by `multiplicity` for s + t ≤ `max_depth` + 1.
-    /// Strategies without an edge or without a camera vertex are left out whatever it says.
+    /// A table for paths of at most `max_depth` edges, with m_{s,t} given by `multiplicity` for s + t ≤ `max_depth` +
+    /// 1. Strategies without an edge or without a camera vertex are left out whatever it says.
     pub fn new(sensor: Sensor, max_depth: u32, multiplicity: impl Fn(Strategy) -> u32) -> Self {
         let side = max_depth + 2;
         let entry = |i: u32| {
@@ -158,16 +158,17 @@ impl Techniques {
         Self { area: 0, ..self.with_entries(multiplicity.collect()) }
     }
 
-    /// The same table with the rule `directions` for the walks, if it is one of directional sampling alone, s = 0: there are no
-    /// connections then, and nothing in the fast form needs the rule but the camera's walk. Any other table stays as it is.
+    /// The same table with the rule `directions` for the walks, if it is one of directional sampling alone, s = 0:
+    /// there are no connections then, and nothing in the fast form needs the rule but the camera's walk. Any other
+    /// table stays as it is.
     #[must_use]
     pub fn with_directions(&self, directions: Directions) -> Self {
         let is_directional = self.area == 0 && self.strategies().all(|x| x.s == 0);
         Self { directions: if is_directional { directions } else { self.directions }, ..self.clone() }
     }
 
-    /// The same table with `samples` next-event samples at a vertex where it takes one: m_{1,t≥2} times as many, which the weights
-    /// know of.
+    /// The same table with `samples` next-event samples at a vertex where it takes one: m_{1,t≥2} times as many, which
+    /// the weights know of.
     #[must_use]
     pub fn with_light_samples(&self, samples: u32) -> Self {
         let side = self.max_depth + 2;
@@ -175,8 +176,8 @@ impl Techniques {
         self.with_entries((0..).zip(&self.multiplicity).map(|(i, m)| m * times(i)).collect())
     }
 
-    /// The same table with camera subpaths that split into `splits` at their first surface (lecture, *splitting*), each with a
-    /// direction and a rest of its own: n_{s,t≥3} are that many times as large.
+    /// The same table with camera subpaths that split into `splits` at their first surface (lecture, *splitting*), each
+    /// with a direction and a rest of its own: n_{s,t≥3} are that many times as large.
     #[must_use]
     pub fn with_splits(&self, splits: u32) -> Self {
         Self { splits, ..self.clone() }.with_entries(self.multiplicity.clone())
@@ -188,9 +189,9 @@ impl Techniques {
         Self { light_paths, ..self.clone() }.with_entries(self.multiplicity.clone())
     }
 
-    /// The same table with connections from each camera vertex to `each` light vertices, chosen uniformly among all that many light
-    /// subpaths have, `of_a_path` each in the mean (Davidovič et al. 2014, *Progressive Light Transport Simulation on the GPU*):
-    /// n_{s≥2,t≥2} are `each`/`of_a_path` times N_c, however many light subpaths there are.
+    /// The same table with connections from each camera vertex to `each` light vertices, chosen uniformly among all
+    /// that many light subpaths have, `of_a_path` each in the mean (Davidovič et al. 2014, *Progressive Light Transport
+    /// Simulation on the GPU*): n_{s≥2,t≥2} are `each`/`of_a_path` times N_c, however many light subpaths there are.
     #[must_use]
     pub fn with_light_vertices(&self, each: u32, of_a_path: f32) -> Self {
         Self { shared: Some(SharedLightVertices { each, of_a_path }), ..self.clone() }
@@ -215,7 +216,8 @@ impl Techniques {
         self.splits
     }
 
-    /// m_{s,t}, zero outside the table: of each part of a split camera subpath, and of each of a pixel's light subpaths.
+    /// m_{s,t}, zero outside the table: of each part of a split camera subpath, and of each of a pixel's light
+    /// subpaths.
     #[inline]
     pub fn multiplicity(&self, strategy: Strategy) -> u32 {
         let side = self.max_depth + 2;
@@ -243,8 +245,8 @@ impl Techniques {
         self.camera_subpaths as f32
     }
 
-    /// The t of the table's strategies for paths of `n` edges, from the first to the last (some between them may be missing); empty
-    /// where there is none.
+    /// The t of the table's strategies for paths of `n` edges, from the first to the last (some between them may be
+    /// missing); empty where there is none.
     #[inline]
     pub fn range(&self, n: u32) -> RangeInclusive<u32> {
         self.range.get(n as usize).cloned().unwrap_or(RangeInclusive::new(1, 0))
@@ -283,7 +285,8 @@ impl Techniques {
             .map(move |i| Strategy { s: i / side, t: i % side })
     }
 
-    /// How many vertices a light subpath needs for connections to camera subpaths (s ≥ 2, t ≥ 2) and for splats (t = 1).
+    /// How many vertices a light subpath needs for connections to camera subpaths (s ≥ 2, t ≥ 2) and for splats (t =
+    /// 1).
     #[inline]
     pub fn light_vertices(&self) -> LightVertices {
         self.light_vertices

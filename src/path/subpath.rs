@@ -24,7 +24,8 @@ pub struct Subpath {
     room: Box<[Step]>,
     len: usize,
     directions: Directions,
-    /// What [`Roulette::ByThroughput`] compares with: the largest channel that the prefix would have, had every step kept everything.
+    /// What [`Roulette::ByThroughput`] compares with: the largest channel that the prefix would have, had every step
+    /// kept everything.
     whole: f32,
     /// Of a light subpath with two vertices or more: see [`super::Densities::next_event_ratio`].
     next_event_ratio: f32,
@@ -80,8 +81,8 @@ impl Subpath {
 
     /// The same storage for walks that sample by another rule than the BSDF.
     ///
-    /// A walk's densities then are the rule's; those of a connection are the BSDF's. [`Techniques`](super::Techniques) has
-    /// another rule only where nothing connects.
+    /// A walk's densities then are the rule's; those of a connection are the BSDF's. [`Techniques`](super::Techniques)
+    /// has another rule only where nothing connects.
     #[must_use]
     pub fn sampling(self, directions: Directions) -> Self {
         Self { directions, ..self }
@@ -188,8 +189,8 @@ impl Subpath {
 
     /// The subpath that is only a p_0 from which `seen` is to be seen, for t = 1. False if there is none.
     ///
-    /// Each connection has a p_0 of its own: for an orthographic camera it follows from `seen`, and on a lens independent
-    /// points keep the vertices of one light subpath from being blurred to the same side.
+    /// Each connection has a p_0 of its own: for an orthographic camera it follows from `seen`, and on a lens
+    /// independent points keep the vertices of one light subpath from being blurred to the same side.
     #[inline(always)]
     pub fn put_lens_towards(&mut self, scene: &Scene, seen: &Point, sampler: &mut impl Sampler) -> bool {
         let camera = &scene.camera;
@@ -210,8 +211,8 @@ impl Subpath {
         self.push(Step::first(lens, scene.camera.pdf_lens()));
     }
 
-    /// Walks from a light, to at most `vertices` vertices; empty if the scene has no light. It is the `branch`-th of several walks with one
-    /// sampler, counted from 0.
+    /// Walks from a light, to at most `vertices` vertices; empty if the scene has no light. It is the `branch`-th of
+    /// several walks with one sampler, counted from 0.
     ///
     /// # Panics
     /// If there is no room for so many.
@@ -345,8 +346,8 @@ impl Subpath {
         }
     }
 
-    /// Finds the media on both sides of the vertex that was added last, to which the walk has come in this direction, and takes away what was
-    /// absorbed on the way.
+    /// Finds the media on both sides of the vertex that was added last, to which the walk has come in this direction,
+    /// and takes away what was absorbed on the way.
     #[inline(never)]
     fn come_through(&mut self, scene: &Scene, media: &Media, direction: Vec3, transport: Transport) {
         let [.., from, here] = &mut self.room[..self.len] else { return };
@@ -420,7 +421,8 @@ impl Subpath {
         };
         if let Some(kept) = kept {
             let q = kept.min(Roulette::SUREST);
-            // A ratio that is no number gives q = 0.95, for `min` passes over NaN: the walk goes on and the film counts it.
+            // A ratio that is no number gives q = 0.95, for `min` passes over NaN: the walk goes on and the film counts
+            // it.
             if !survive.falls_below(q) {
                 return None;
             }

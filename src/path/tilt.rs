@@ -1,4 +1,5 @@
-//! The directions over N_s by their definition: longitudes and cotangents in f64, where [`crate::scene::tilt`] shears vectors.
+//! The directions over N_s by their definition: longitudes and cotangents in f64, where [`crate::scene::tilt`] shears
+//! vectors.
 
 use std::f64::consts::{FRAC_PI_2, FRAC_PI_6, PI};
 

@@ -25,7 +25,8 @@ pub struct Data {
     pub position: Vec<Vec3>,
     /// Along the camera's axis, metres.
     pub depth: Vec<f32>,
-    /// One more than the number of the material that the first sample meets, in the order of the scene's materials; 0 for none.
+    /// One more than the number of the material that the first sample meets, in the order of the scene's materials; 0
+    /// for none.
     pub material: Vec<u32>,
     /// One more than the number of the primitive within its mesh or the world, likewise.
     pub primitive: Vec<u32>,
@@ -51,9 +52,9 @@ struct Sums {
 }
 
 impl Renderer<'_> {
-    /// The data of the passes so far, or of the first 64 of them: of the same places as the camera subpaths', and of the points
-    /// where these would first scatter. A surface with α < ½ is looked through. Pixels have only their own samples, whatever the
-    /// filter.
+    /// The data of the passes so far, or of the first 64 of them: of the same places as the camera subpaths', and of
+    /// the points where these would first scatter. A surface with α < ½ is looked through. Pixels have only their own
+    /// samples, whatever the filter.
     ///
     /// It depends on the scene, the settings and the passes alone, and is made when asked for.
     pub fn data(&self) -> Data {
@@ -186,7 +187,8 @@ mod tests {
                 assert!((data.albedo[pixel] - Rgb::new(0.8, 0.1, 0.2)).length() < 1e-6);
                 assert_eq!((data.normal[pixel], data.shading_normal[pixel]), (Vec3::Y, Vec3::Y));
                 assert!(data.position[pixel].y.abs() < 1e-5);
-                // A ray through y on a film from −1 to 1 meets the floor at depth 1/y: the mean over the row is ln(b/a)/(b − a).
+                // A ray through y on a film from −1 to 1 meets the floor at depth 1/y: the mean over the row is
+                // ln(b/a)/(b − a).
                 let (a, b) = (f64::from(row as u32 - 8) / 8.0, f64::from(row as u32 - 7) / 8.0);
                 let depth = f64::from(data.depth[pixel]);
                 assert!((depth / ((b / a).ln() / (b - a)) - 1.0).abs() < tolerance, "row {row}: {depth}");

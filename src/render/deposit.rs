@@ -22,7 +22,8 @@ pub(super) struct LayerFilms<'a> {
     pub(super) films: Vec<Film>,
 }
 
-/// See [`Renderer::pass_where`]. Not a type of its own for each predicate: all of the core is compiled for each of them.
+/// See [`Renderer::pass_where`]. Not a type of its own for each predicate: all of the core is compiled for each of
+/// them.
 pub type Predicate<'a> = dyn Fn(&JoinedPath) -> bool + Sync + 'a;
 
 /// Brings the paths that are to be kept to the film, and to their layers.

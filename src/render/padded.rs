@@ -18,7 +18,8 @@ pub(super) struct Pixel {
 }
 
 impl PaddedImage {
-    /// Side of the square that one task renders: long enough to hide the cost of a task, short enough to balance threads.
+    /// Side of the square that one task renders: long enough to hide the cost of a task, short enough to balance
+    /// threads.
     pub(super) const TILE: u32 = 16;
 
     /// The numbers of the tiles.

@@ -14,7 +14,8 @@ use crate::{
 pub enum Background {
     /// The environment, as any other light.
     Shown,
-    /// Nothing: the image has an alpha channel ([`Renderer::alpha`](super::Renderer::alpha)), and the environment lights the scene unseen.
+    /// Nothing: the image has an alpha channel ([`Renderer::alpha`](super::Renderer::alpha)), and the environment
+    /// lights the scene unseen.
     Transparent,
 }
 
@@ -35,8 +36,8 @@ pub struct Settings {
     pub splits: u32,
     /// Light subpaths for each pixel.
     pub light_paths: u32,
-    /// Connections of each vertex of a camera subpath, to light vertices that are chosen among those of a tile; `None` for one with each
-    /// of its own pixel's.
+    /// Connections of each vertex of a camera subpath, to light vertices that are chosen among those of a tile; `None`
+    /// for one with each of its own pixel's.
     pub light_vertices: Option<u32>,
     /// When Russian roulette may end a subpath.
     pub roulette: Roulette,
@@ -59,8 +60,8 @@ pub struct Settings {
 }
 
 impl Settings {
-    /// The defaults of the command line for an image of `sensor`'s size: bdpt, 16 edges, box filter; but with roulette from
-    /// depth 4, and independent numbers, of which every pass is a replicate. [`IntegratorKind::sampler`] and
+    /// The defaults of the command line for an image of `sensor`'s size: bdpt, 16 edges, box filter; but with roulette
+    /// from depth 4, and independent numbers, of which every pass is a replicate. [`IntegratorKind::sampler`] and
     /// [`IntegratorKind::roulette`] give less noise.
     pub fn new(sensor: Sensor) -> Self {
         Self {
@@ -86,7 +87,8 @@ impl Settings {
 }
 
 impl Settings {
-    /// How many bytes of light subpaths a thread keeps at most: of one pixel, or of a tile whose pixels share their vertices.
+    /// How many bytes of light subpaths a thread keeps at most: of one pixel, or of a tile whose pixels share their
+    /// vertices.
     pub fn light_subpath_memory(&self) -> u64 {
         let pixels = if self.light_vertices.is_some() { PaddedImage::TILE.pow(2) } else { 1 };
         let steps = u64::from(pixels) * u64::from(self.light_paths) * u64::from(self.max_depth);

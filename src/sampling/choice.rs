@@ -4,10 +4,10 @@ use glam::Vec2;
 
 /// A uniformly distributed integer below [`Choice::COUNT`], from which one of many is chosen.
 ///
-/// To choose is to divide the integers among what there is to choose from. A float would do for a few alternatives of like
-/// weight; among a million it leaves some without any number, and others with twice their share. Here each alternative of
-/// positive probability has an integer that leads to it, its probability is how many do, and where among them the number
-/// lies is a uniform number again ([`Remainder`]), with the bits that the choice has not used.
+/// To choose is to divide the integers among what there is to choose from. A float would do for a few alternatives of
+/// like weight; among a million it leaves some without any number, and others with twice their share. Here each
+/// alternative of positive probability has an integer that leads to it, its probability is how many do, and where among
+/// them the number lies is a uniform number again ([`Remainder`]), with the bits that the choice has not used.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Choice(u64);
 
@@ -89,8 +89,8 @@ impl Remainder {
         Self { offset, width }
     }
 
-    /// The part of it before `first` integers of the share, or the part from there on: with the place in that part. `first` is at most
-    /// the width.
+    /// The part of it before `first` integers of the share, or the part from there on: with the place in that part.
+    /// `first` is at most the width.
     #[inline(always)]
     pub const fn split(self, first: u64) -> (Half, Self) {
         if self.offset < first {
@@ -133,8 +133,8 @@ impl Square {
         Vec2::new(unit(self.0[0]), unit(self.0[1]))
     }
 
-    /// Both coordinates as choices, for a place that is chosen among many: the bits below the words are those that another choice has
-    /// left.
+    /// Both coordinates as choices, for a place that is chosen among many: the bits below the words are those that
+    /// another choice has left.
     #[inline]
     pub fn refined(self, rest: Choice) -> [Choice; 2] {
         let [x, y] = self.0;
@@ -154,7 +154,8 @@ impl From<Vec2> for Square {
 pub struct Chance(pub u32);
 
 impl Chance {
-    /// Whether what has this probability happens: for an even one of 2³² numbers, to within 2⁻³². Never if it is 0, and always if it is 1.
+    /// Whether what has this probability happens: for an even one of 2³² numbers, to within 2⁻³². Never if it is 0, and
+    /// always if it is 1.
     #[inline(always)]
     pub fn falls_below(self, probability: f32) -> bool {
         f64::from(self.0) < f64::from(probability) * (1_u64 << 32) as f64
@@ -167,11 +168,11 @@ pub fn unit(word: u32) -> f32 {
     (word >> 8) as f32 * (1.0 / 16_777_216.0)
 }
 
-/// Divides all integers among alternatives with these weights, and appends where the share of each begins to `begins`: behind
-/// the last of positive weight at [`Choice::COUNT`].
+/// Divides all integers among alternatives with these weights, and appends where the share of each begins to `begins`:
+/// behind the last of positive weight at [`Choice::COUNT`].
 ///
-/// A weight of zero has no integer, and any other at least one. The shares are right to within an integer; what rounding leaves or takes
-/// is the heaviest's. Returns false, and appends the end alone, if nothing has a weight.
+/// A weight of zero has no integer, and any other at least one. The shares are right to within an integer; what
+/// rounding leaves or takes is the heaviest's. Returns false, and appends the end alone, if nothing has a weight.
 pub(crate) fn divide(weights: &[f64], begins: &mut Vec<u64>) -> bool {
     debug_assert!(weights.iter().all(|w| w.is_finite() && *w >= 0.0));
     let total: f64 = weights.iter().sum();
@@ -193,7 +194,8 @@ pub(crate) fn divide(weights: &[f64], begins: &mut Vec<u64>) -> bool {
     true
 }
 
-/// The alternative that `choice` leads to, and where in its share it lies: `begins` as [`divide`] gives them for one table.
+/// The alternative that `choice` leads to, and where in its share it lies: `begins` as [`divide`] gives them for one
+/// table.
 #[inline(always)]
 pub(crate) fn find(begins: &[u64], choice: Choice) -> (usize, Remainder) {
     let u = choice.bits();
@@ -217,10 +219,14 @@ mod tests {
     }
 
     proptest! {
-        /// Whatever the weights, each that is not zero has an integer, no other has, and their numbers are in proportion.
+        /// Whatever the weights, each that is not zero has an integer, no other has, and their numbers are in
+        /// proportion.
         #[test]
         fn shares_are_in_proportion_and_none_is_empty(
-            weights in prop::collection::vec(prop_oneof![Just(0.0), (-300.0_f64..300.0).prop_map(|x| 10_f64.powf(x)), 1e-3..1.0_f64], 1..40),
+            weights in prop::collection::vec(
+                prop_oneof![Just(0.0), (-300.0_f64..300.0).prop_map(|x| 10_f64.powf(x)), 1e-3..1.0_f64],
+                1..40,
+            ),
         ) {
             let total: f64 = weights.iter().sum();
             prop_assume!(total > 0.0);
@@ -236,14 +242,16 @@ mod tests {
                 // Of the heaviest, what rounding does to all.
                 let rounded = if weights.iter().all(|w| w <= weight) { 2_f64.powi(64) } else { exact };
                 let off = ((last - first) as f64 + 1.0 - exact).abs();
-                prop_assert!(off <= weights.len() as f64 + 1e-15 * rounded, "{}: {} for {}", i, last - first + 1, exact);
+                prop_assert!(off <= weights.len() as f64 + 1e-15 * rounded, "{}: {} for \
+                    {}", i, last - first + 1, exact);
                 for u in [first, last] {
                     let (found, place) = find(&begins, Choice::new(u));
                     prop_assert_eq!((found, place.width()), (i, last - first + 1));
                 }
                 // The ends of a share are the ends of what is left of it.
                 let rest = |u| find(&begins, Choice::new(u)).1.rest().bits();
-                prop_assert!(rest(first) == 0 && Choice::COUNT - rest(last) <= (u64::MAX / (last - first + 1)).saturating_add(1));
+                let most_left = (u64::MAX / (last - first + 1)).saturating_add(1);
+                prop_assert!(rest(first) == 0 && Choice::COUNT - rest(last) <= most_left);
             }
             prop_assert_eq!(next, Choice::COUNT);
         }

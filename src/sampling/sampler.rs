@@ -8,7 +8,8 @@ use super::choice::{Chance, Choice, Square, unit};
 
 /// Numbers in [0, 1) for one sample of one pixel, taken dimension after dimension.
 pub trait Sampler: Clone {
-    /// The sequence of one sample of one pixel, before its first block. `pixel` is any number that names the pixel of the full image.
+    /// The sequence of one sample of one pixel, before its first block. `pixel` is any number that names the pixel of
+    /// the full image.
     fn new(seed: u64, pixel: u32, sample: u32, stream: Stream) -> Self;
 
     /// The sequences of all streams, in their order.
@@ -17,8 +18,8 @@ pub trait Sampler: Clone {
         Stream::ALL.map(|stream| Self::new(seed, pixel, sample, stream))
     }
 
-    /// Goes to the first dimension of `block`, whatever was taken before: so a vertex has the same dimensions in every sample,
-    /// however many numbers the vertices before it took. Blocks are visited in any order, each once.
+    /// Goes to the first dimension of `block`, whatever was taken before: so a vertex has the same dimensions in every
+    /// sample, however many numbers the vertices before it took. Blocks are visited in any order, each once.
     fn start(&mut self, block: Block);
 
     /// The next dimension, as an integer.

@@ -10,12 +10,12 @@ use sobol_burley::{
 
 use super::{Block, Choice, Sampler, Stream, sampler::Kind};
 
-/// Owen-scrambled Sobol sequences (Burley 2020, *Practical Hash-based Owen Scrambling*): over the samples of a pixel, the numbers
-/// of a block fill its four dimensions evenly, and each is uniformly distributed by itself.
+/// Owen-scrambled Sobol sequences (Burley 2020, *Practical Hash-based Owen Scrambling*): over the samples of a pixel,
+/// the numbers of a block fill its four dimensions evenly, and each is uniformly distributed by itself.
 ///
-/// Sample 2k + b is point k of the sequence with the scramble b, so that each of the two half images has a whole sequence, and
-/// an independent one. Each (seed, pixel, stream) has scrambles of its own as well: errors do not repeat from pixel to pixel, and
-/// renders with different seeds are independent.
+/// Sample 2k + b is point k of the sequence with the scramble b, so that each of the two half images has a whole
+/// sequence, and an independent one. Each (seed, pixel, stream) has scrambles of its own as well: errors do not repeat
+/// from pixel to pixel, and renders with different seeds are independent.
 #[derive(Clone, Debug)]
 pub struct Sobol {
     /// Of this (seed, pixel, half, stream).
@@ -98,7 +98,8 @@ impl Sobol {
         self.used = 0;
     }
 
-    /// The next four numbers: of the block's own dimensions the first time, of a sequence with a new scramble after that.
+    /// The next four numbers: of the block's own dimensions the first time, of a sequence with a new scramble after
+    /// that.
     #[inline(always)]
     fn four(&self) -> [u32; 4] {
         let Block { number, kind } = self.block;
@@ -115,9 +116,9 @@ impl Sobol {
     }
 }
 
-/// [`sobol_burley::sample_4d`] before it becomes floats, which takes twice as many instructions: it adds the points' bits one by one, and
-/// multiplies as the first processors with 64 bits could. This takes the index with its bits reversed, adds four bits at once, and is
-/// compiled for the processor's own instructions.
+/// [`sobol_burley::sample_4d`] before it becomes floats, which takes twice as many instructions: it adds the points'
+/// bits one by one, and multiplies as the first processors with 64 bits could. This takes the index with its bits
+/// reversed, adds four bits at once, and is compiled for the processor's own instructions.
 #[inline(always)]
 fn sample_4d(reversed: u32, set: u32, seed: u32) -> [u32; 4] {
     let shuffled = owen_scramble_rev(reversed, hash(seed ^ 0x79c6_8e4a));
@@ -220,8 +221,8 @@ mod tests {
         1.0 - ChiSquared::new(counts.len() as f64 - 1.0).unwrap().cdf(chi2)
     }
 
-    /// The bits of a choice below its dimension's word, across pixels and along a pixel's sequence: even, and independent of the word's
-    /// own and of another choice's.
+    /// The bits of a choice below its dimension's word, across pixels and along a pixel's sequence: even, and
+    /// independent of the word's own and of another choice's.
     #[test]
     fn the_lower_bits_of_choices_are_even_and_independent() {
         let choices = |pixel: u32, sample: u32| {
@@ -235,7 +236,8 @@ mod tests {
         let of_samples: Vec<_> = (0..40_000).map(|i| choices(77, 2 * i)).collect();
         let (mut smallest, mut tests) = (1.0_f64, 0);
         for points in [of_pixels, of_samples] {
-            // Nibbles: of one choice the word's highest and lowest, and the lower word's highest and lowest; of the other the latter.
+            // Nibbles: of one choice the word's highest and lowest, and the lower word's highest and lowest; of the
+            // other the latter.
             let nibbles = |[a, b]: &[u64; 2]| [a >> 60, a >> 32, a >> 28, *a, b >> 28, *b].map(|x| (x % 16) as usize);
             let points: Vec<_> = points.iter().map(nibbles).collect();
             // The word's own are not independent along a sequence, but even.
@@ -251,8 +253,8 @@ mod tests {
         assert!(smallest * f64::from(tests) > 1e-3, "{smallest:e} is the smallest of {tests} p-values");
     }
 
-    /// Across pixels, one sample of each: what is correlated between streams, blocks, halves or neighbours would crowd into
-    /// part of the cells of its pair of numbers.
+    /// Across pixels, one sample of each: what is correlated between streams, blocks, halves or neighbours would crowd
+    /// into part of the cells of its pair of numbers.
     #[test]
     fn numbers_of_different_pixels_streams_and_halves_are_independent() {
         const SIDE: usize = 12;

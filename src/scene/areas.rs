@@ -41,7 +41,8 @@ impl SurfaceAreas {
         Self { primitives, choice, density }
     }
 
-    /// A point of `scene`, with the density [`SurfaceAreas::pdf`]; `None` where there is no surface. `choice` leads to the primitive.
+    /// A point of `scene`, with the density [`SurfaceAreas::pdf`]; `None` where there is no surface. `choice` leads to
+    /// the primitive.
     pub fn sample(&self, scene: &Scene, u: Vec2, choice: Choice) -> Option<Point> {
         if self.choice.is_empty() {
             return None;

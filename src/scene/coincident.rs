@@ -1,9 +1,10 @@
 //! Where surfaces coincide, one rule says which of them is there, for walks, connections and sampled points alike: see
 //! [`Geometry::find_coincident`].
 //!
-//! Coincident surfaces are one surface. Of that, each one in the order of its [`Rank`] has its α of what those before it leave, from
-//! either side: a walk stops there with that probability, and f and L_e carry it ([`Point::alpha`]). What a segment crosses in
-//! between lets pass the product of all their 1 − α, and what lies in the plane of one of its ends is no obstacle.
+//! Coincident surfaces are one surface. Of that, each one in the order of its [`Rank`] has its α of what those before
+//! it leave, from either side: a walk stops there with that probability, and f and L_e carry it ([`Point::alpha`]).
+//! What a segment crosses in between lets pass the product of all their 1 − α, and what lies in the plane of one of its
+//! ends is no obstacle.
 
 use std::ops::ControlFlow;
 
@@ -99,8 +100,8 @@ impl Meetings {
 }
 
 impl Scene {
-    /// `hit`, or what hides it there. Its point is a rounding away from where it was found, and on the other side of an edge perhaps; but
-    /// what a walk stops on must be there, or its density would be zero.
+    /// `hit`, or what hides it there. Its point is a rounding away from where it was found, and on the other side of an
+    /// edge perhaps; but what a walk stops on must be there, or its density would be zero.
     #[cold]
     #[inline(never)]
     pub(super) fn settled(&self, ray: &Ray, mut hit: Hit) -> Hit {

@@ -23,7 +23,8 @@ pub struct Material {
     pub bsdf: Bsdf,
     /// How much of the surface is there.
     pub coverage: Coverage,
-    /// Emitted radiance, constant over the front hemisphere; black if the surface is no light. A texture can only darken it.
+    /// Emitted radiance, constant over the front hemisphere; black if the surface is no light. A texture can only
+    /// darken it.
     pub emission: Rgb,
     /// Which sides emit.
     pub emission_sides: EmissionSides,
@@ -84,7 +85,7 @@ impl Parameters {
     ///
     /// | parameters | BSDF |
     /// |---|---|
-    /// | metallic < 1/2 on the boundary of a volume | [`Bsdf::Dielectric`], also where nothing is transmitted: the volume goes on there |
+    /// | metallic < 1/2 on the boundary of a volume | [`Bsdf::Dielectric`], transmission 0 included |
     /// | metallic < 1/2 and transmission on a thin wall | [`Bsdf::Thin`] |
     /// | metallic 0, specular 0 | [`Bsdf::Diffuse`]: exactly Lambert |
     /// | all else | [`Bsdf::MetallicRoughness`] |
@@ -114,7 +115,8 @@ impl Parameters {
     }
 }
 
-/// What a material varies over its surface: its parameters as factors, and the textures and vertex colours that multiply them.
+/// What a material varies over its surface: its parameters as factors, and the textures and vertex colours that
+/// multiply them.
 #[derive(Clone, Debug)]
 pub struct Maps {
     /// The parameters where every texture is white.
@@ -240,8 +242,9 @@ impl NormalMap {
     /// N_s at the mesh's texture coordinates `uv`, on the side of the geometric unit normal `n_g`
     /// (glTF 2.0 specification, 3.9.3).
     ///
-    /// A mesh whose interpolated normal lies behind N_g shows its front from behind, so all of the normal is turned. One that
-    /// the texture tilts below the surface is lifted to the horizon: turned about, it would lean the other way.
+    /// A mesh whose interpolated normal lies behind N_g shows its front from behind, so all of the normal is turned.
+    /// One that the texture tilts below the surface is lifted to the horizon: turned about, it would lean the other
+    /// way.
     pub fn shading_normal(&self, uv: Vec2, frame: &TangentFrame, n_g: Vec3) -> Vec3 {
         let texel = self.texture.lookup(uv).xyz();
         let local = (2.0 * texel - 1.0) * Vec3::new(self.scale, self.scale, 1.0);
@@ -251,8 +254,8 @@ impl NormalMap {
     }
 }
 
-/// How much of a surface is there (glTF `alphaMode`): the fraction α of it that scatters and emits, while rays pass the rest
-/// undisturbed. It has nothing to do with transmission, which is scattering by what is there.
+/// How much of a surface is there (glTF `alphaMode`): the fraction α of it that scatters and emits, while rays pass the
+/// rest undisturbed. It has nothing to do with transmission, which is scattering by what is there.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Coverage {
     /// All of it.
@@ -274,7 +277,8 @@ pub enum Coverage {
 impl Coverage {
     /// α in [0, 1] where texture and vertex colour have the alpha `texel`.
     ///
-    /// It is a multiple of 2⁻²⁴, the step of random numbers: a walk stops with probability α exactly, and 1 − α is exact.
+    /// It is a multiple of 2⁻²⁴, the step of random numbers: a walk stops with probability α exactly, and 1 − α is
+    /// exact.
     #[inline]
     pub fn alpha(self, texel: f32) -> f32 {
         const STEPS: f32 = 16_777_216.0;

@@ -48,8 +48,8 @@ pub struct Scene {
     light_of: LightIndex,
     /// All surfaces and the emitting ones, once somebody asks.
     areas: OnceLock<[SurfaceAreas; 2]>,
-    /// Whether rays may go on behind what they hit first: some primitive's material is not opaque, or surfaces coincide. A scene without
-    /// pays nothing for coverage.
+    /// Whether rays may go on behind what they hit first: some primitive's material is not opaque, or surfaces
+    /// coincide. A scene without pays nothing for coverage.
     see_through: bool,
     /// Whether some primitive's material is not opaque.
     covers_in_part: bool,
@@ -80,8 +80,8 @@ pub struct FirstSight {
 }
 
 impl Scene {
-    /// Drops what is in `geometry` twice ([`Geometry::drop_copies`]), builds the trees over the rest, finds what coincides
-    /// ([`Geometry::find_coincident`]) and gathers all lights: emissive primitives first, then `others`.
+    /// Drops what is in `geometry` twice ([`Geometry::drop_copies`]), builds the trees over the rest, finds what
+    /// coincides ([`Geometry::find_coincident`]) and gathers all lights: emissive primitives first, then `others`.
     ///
     /// # Panics
     /// If a primitive's material is not in `materials`, or `others` holds more than one environment.
@@ -121,17 +121,19 @@ impl Scene {
         self
     }
 
-    /// The same scene with the back faces of single-sided materials ([`BackFaces::Culled`]) hidden from the camera, as glTF asks of a
-    /// rasterizer: the first edge of a path passes them, and ends on none of them, whichever strategy finds it. All other edges
-    /// meet them. The boundary of a volume is never culled: the camera would lose track of what it is in. Nor is a face that coincides
-    /// with another, unless both are single-sided copies that face the same way: one of them stands for both, seen from either side.
+    /// The same scene with the back faces of single-sided materials ([`BackFaces::Culled`]) hidden from the camera, as
+    /// glTF asks of a rasterizer: the first edge of a path passes them, and ends on none of them, whichever strategy
+    /// finds it. All other edges meet them. The boundary of a volume is never culled: the camera would lose track of
+    /// what it is in. Nor is a face that coincides with another, unless both are single-sided copies that face the same
+    /// way: one of them stands for both, seen from either side.
     #[must_use]
     pub fn culling_back_faces(mut self) -> Self {
         self.culls = self.materials.iter().any(hides_back_faces);
         self
     }
 
-    /// Whether [`Self::trace_from_camera`] and [`Self::visible_from_camera`] differ from the same questions of other points.
+    /// Whether [`Self::trace_from_camera`] and [`Self::visible_from_camera`] differ from the same questions of other
+    /// points.
     #[inline(always)]
     pub fn culls_back_faces(&self) -> bool {
         self.culls
@@ -152,18 +154,19 @@ impl Scene {
         &self.lights
     }
 
-    /// The surface point that a ray in the unit direction `w` from `from` meets first, where anything of it is there (α > 0):
-    /// tr(p, ω) of the lecture.
+    /// The surface point that a ray in the unit direction `w` from `from` meets first, where anything of it is there (α
+    /// > 0): tr(p, ω) of the lecture.
     #[inline]
     pub fn trace(&self, from: &Point, w: Vec3) -> Option<Point> {
         let traced = self.trace_ray(from.ray_origin(w), w, from.primitive, |_| true);
         traced.hit.map(|hit| self.point_at(&traced.ray, &hit))
     }
 
-    /// The surface point where a ray in the unit direction `w` from `origin` stops, other than on the flat primitive `skip`.
+    /// The surface point where a ray in the unit direction `w` from `origin` stops, other than on the flat primitive
+    /// `skip`.
     ///
-    /// At each surface with 0 < α < 1, front to back, `stops(α)` decides. With α = 1 the ray stops and with α = 0 it passes,
-    /// without a question. Surfaces that coincide are met in the order of their [`geometry::Rank`].
+    /// At each surface with 0 < α < 1, front to back, `stops(α)` decides. With α = 1 the ray stops and with α = 0 it
+    /// passes, without a question. Surfaces that coincide are met in the order of their [`geometry::Rank`].
     #[inline(always)]
     pub fn trace_ray(&self, origin: Vec3, w: Vec3, skip: PrimitiveId, stops: impl FnMut(f32) -> bool) -> Traced {
         let ray = Ray { origin, direction: w, t_max: f32::INFINITY };
@@ -262,12 +265,12 @@ impl Scene {
         coincident::alpha(&self.geometry, &self.materials, hit)
     }
 
-    /// V(a↔b) in [0, 1]: the product of 1 − α over what the segment between the two points crosses, so 0 or 1 where all is
-    /// opaque. At most one of the points is infinite.
+    /// V(a↔b) in [0, 1]: the product of 1 − α over what the segment between the two points crosses, so 0 or 1 where all
+    /// is opaque. At most one of the points is infinite.
     ///
-    /// An end that coincident surfaces hide altogether sees nothing. What they leave of an end is its [`Point::alpha`], so here they do
-    /// not count: the segment starts off all of them. Nor does an end see what lies in its own plane, where roundings alone would tell on
-    /// which side of it the segment runs.
+    /// An end that coincident surfaces hide altogether sees nothing. What they leave of an end is its [`Point::alpha`],
+    /// so here they do not count: the segment starts off all of them. Nor does an end see what lies in its own plane,
+    /// where roundings alone would tell on which side of it the segment runs.
     #[inline(always)]
     pub fn visible(&self, a: &Point, b: &Point) -> f32 {
         let (a, b) = if a.place == Place::Infinite { (b, a) } else { (a, b) };
@@ -360,8 +363,8 @@ impl Scene {
         self.lights.sample_emission(&self.geometry, &self.materials, choice, position, direction)
     }
 
-    /// The radiance of the scene's surfaces if all that the lights emit were spread evenly over their area: Φ/(π A). A scale of what an
-    /// image shows; zero without surfaces.
+    /// The radiance of the scene's surfaces if all that the lights emit were spread evenly over their area: Φ/(π A). A
+    /// scale of what an image shows; zero without surfaces.
     pub fn spread_radiance(&self) -> f64 {
         let primitives = self.geometry.with_material(&|_| true);
         let area: f64 = primitives.map(|id| f64::from(self.geometry.area(id))).filter(|area| area.is_finite()).sum();
@@ -373,8 +376,8 @@ impl Scene {
         &self.areas()[0]
     }
 
-    /// Points of all surfaces that emit: uniform in area where lights are chosen uniformly, else in proportion to the power emitted by each
-    /// primitive's area.
+    /// Points of all surfaces that emit: uniform in area where lights are chosen uniformly, else in proportion to the
+    /// power emitted by each primitive's area.
     pub fn emitters(&self) -> &SurfaceAreas {
         &self.areas()[1]
     }
@@ -402,9 +405,9 @@ impl Scene {
         self.media().filter(|media| media.absorb())
     }
 
-    /// σ_a of what fills the segment that leaves `a`, its end nearer the camera, in the unit direction `ab` and ends at `b`, 1/m; zero for
-    /// clear space. `medium` is the body that the segment lies in, as walks carry it: no surface of one is on its way, since none
-    /// lets a segment pass.
+    /// σ_a of what fills the segment that leaves `a`, its end nearer the camera, in the unit direction `ab` and ends at
+    /// `b`, 1/m; zero for clear space. `medium` is the body that the segment lies in, as walks carry it: no surface of
+    /// one is on its way, since none lets a segment pass.
     ///
     /// Volumes that are no bodies are asked first, by the rule of [`Boundary::Local`].
     #[inline(always)]
@@ -438,7 +441,8 @@ impl Scene {
         &self.materials[id.0 as usize]
     }
 
-    /// What the camera sees first. Estimated with one ray for each cell of a 64 × 64 grid; a surface with α < 1/2 is looked through.
+    /// What the camera sees first. Estimated with one ray for each cell of a 64 × 64 grid; a surface with α < 1/2 is
+    /// looked through.
     pub fn first_sight(&self) -> FirstSight {
         const SIDE: u32 = 64;
         let sensor = self.camera.sensor();

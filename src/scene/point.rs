@@ -21,8 +21,8 @@ pub enum Place {
     Degenerate,
     /// Infinitely far away (environment, sun): `position` is the unit direction towards it, dA becomes dω.
     Infinite,
-    /// On the film of an orthographic camera, which sees along `normal` alone. As with a sun, that direction is what counts, and
-    /// G has neither cosine nor distance there; `position` is where on the film.
+    /// On the film of an orthographic camera, which sees along `normal` alone. As with a sun, that direction is what
+    /// counts, and G has neither cosine nor distance there; `position` is where on the film.
     Film,
 }
 
@@ -31,7 +31,8 @@ pub enum Place {
 pub struct Point {
     /// The position; of an infinite point, the unit direction towards it.
     pub position: Vec3,
-    /// N_g, unit: of a triangle by its winding (the front face), of a sphere outward, of the lens the viewing direction.
+    /// N_g, unit: of a triangle by its winding (the front face), of a sphere outward, of the lens the viewing
+    /// direction.
     pub normal: Vec3,
     /// N_s, unit, on the side of N_g and not lower than [`STEEPEST`](super::tilt::STEEPEST) over its horizon.
     pub shading_normal: Vec3,
@@ -48,8 +49,8 @@ pub struct Point {
     pub media: [MediumId; 2],
     /// The light that emits here, if any.
     pub light: Option<LightId>,
-    /// α: how much of the surface is there, in [0, 1], after what coincident surfaces leave of it; 1 where there is no surface. f and L_e of
-    /// a path's vertex carry it, and V the 1 − α of what a segment crosses.
+    /// α: how much of the surface is there, in [0, 1], after what coincident surfaces leave of it; 1 where there is no
+    /// surface. f and L_e of a path's vertex carry it, and V the 1 − α of what a segment crosses.
     pub alpha: f32,
     /// The BSDF here; black where there is no surface.
     pub bsdf: Bsdf,
@@ -144,7 +145,8 @@ impl Point {
     #[inline(always)]
     pub fn is_in_one_plane_with(&self, other: &Self) -> bool {
         let to = other.position - self.position;
-        // The components of a unit vector add up to √3 at most. Errors are several ε of the positions, and so cover that of N_g.
+        // The components of a unit vector add up to √3 at most. Errors are several ε of the positions, and so cover
+        // that of N_g.
         let slack = 1.75 * (self.error + other.error);
         let [own, others] = [self, other].map(|p| p.normal.dot(to).abs() <= slack);
         (own || others) && {
@@ -161,7 +163,8 @@ impl Point {
         if self.normal.dot(w) < 0.0 { behind } else { front }
     }
 
-    /// Whether N_s is N_g, as on all flat surfaces: the common case, for which [`Tilt`](super::tilt::Tilt) has nothing to do.
+    /// Whether N_s is N_g, as on all flat surfaces: the common case, for which [`Tilt`](super::tilt::Tilt) has nothing
+    /// to do.
     #[inline(always)]
     pub fn is_flat(&self) -> bool {
         self.normal == self.shading_normal

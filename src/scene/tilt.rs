@@ -1,22 +1,23 @@
 //! Shading normals that tilt: the map between the directions over N_g, where light travels, and those over N_s, where a
 //! BSDF is defined.
 //!
-//! Interpolated normals and normal textures turn N_s away from N_g. Half of the wedge between their two horizons lies above
-//! the surface but behind N_s, the other half the other way round. Where f is 0 in the wedge, silhouettes of coarse meshes
-//! turn black, and a mirror under a steep normal map sends its light into the surface. So the sphere of directions is bent
-//! near the horizons, and only there: each direction ω over N_g has its direction ω_s over N_s, one to one,
+//! Interpolated normals and normal textures turn N_s away from N_g. Half of the wedge between their two horizons lies
+//! above the surface but behind N_s, the other half the other way round. Where f is 0 in the wedge, silhouettes of
+//! coarse meshes turn black, and a mirror under a steep normal map sends its light into the surface. So the sphere of
+//! directions is bent near the horizons, and only there: each direction ω over N_g has its direction ω_s over N_s, one
+//! to one,
 //!
 //! ```text
 //! f̂(ω_c, ω_l) = f_s(ω_c_s, ω_l_s) |ω_l_s·N_s| / |ω_l·N_g| · dω_l_s/dω_l.
 //! ```
 //!
-//! Then ∫ f̂ |ω_l·N_g| dω_l is the albedo of f_s, whatever the tilt: nothing is lost, and a furnace stays what it is under a flat
-//! normal. The map knows the two normals alone, neither camera nor light, so that f̂ is the same for every strategy, and it is odd,
-//! (−ω)_s = −ω_s, so that what passes straight through a surface still does.
+//! Then ∫ f̂ |ω_l·N_g| dω_l is the albedo of f_s, whatever the tilt: nothing is lost, and a furnace stays what it is
+//! under a flat normal. The map knows the two normals alone, neither camera nor light, so that f̂ is the same for every
+//! strategy, and it is odd, (−ω)_s = −ω_s, so that what passes straight through a surface still does.
 //!
-//! **The map.** Let θ be the angle from N_s to N_g, and a(ω) the longitude about the axis N_s × N_g, counted from N_s towards N_g.
-//! The latitude stays, so that dω_s/dω = da_s/da. The horizons are a_s = ±90° and a = θ ± 90°. Within m = min(3θ, 90°) of N_s's
-//! horizon a shear along the direction a_0 = ±(90° − m) takes one horizon to the other:
+//! **The map.** Let θ be the angle from N_s to N_g, and a(ω) the longitude about the axis N_s × N_g, counted from N_s
+//! towards N_g. The latitude stays, so that dω_s/dω = da_s/da. The horizons are a_s = ±90° and a = θ ± 90°. Within m =
+//! min(3θ, 90°) of N_s's horizon a shear along the direction a_0 = ±(90° − m) takes one horizon to the other:
 //!
 //! ```text
 //! cot(a − a_0) = cot(a_s − a_0) + const,     da_s/da = sin²(a_s − a_0)/sin²(a − a_0).
@@ -32,8 +33,8 @@ use super::{
 };
 use crate::sampling::PdfSolidAngle;
 
-/// The least cosine between N_s and N_g, 87°. Beyond, N_s is lifted: what lies between the horizons would be squeezed into less than
-/// directions in f32 can tell apart.
+/// The least cosine between N_s and N_g, 87°. Beyond, N_s is lifted: what lies between the horizons would be squeezed
+/// into less than directions in f32 can tell apart.
 pub const STEEPEST: f32 = 0.05;
 
 /// The unit normal `n` on the side of the unit normal `n_g`, lifted to the cosine [`STEEPEST`] if it lies lower.
@@ -75,15 +76,15 @@ pub struct Tilted {
 }
 
 impl Tilted {
-    /// Whether ω over N_g and ω_s over N_s lie on the same side, as they do short of rounding at the horizons. Where they do not, f̂ = 0:
-    /// the one place that says so.
+    /// Whether ω over N_g and ω_s over N_s lie on the same side, as they do short of rounding at the horizons. Where
+    /// they do not, f̂ = 0: the one place that says so.
     #[inline(always)]
     pub fn keeps_side(&self) -> bool {
         self.cos_shading * self.cos_surface > 0.0
     }
 
-    /// f̂/f_s for this as the light direction: |ω_s·N_s| / |ω·N_g| · dω_s/dω; of a delta lobe, whose coefficients are with respect to dω,
-    /// the cosines alone.
+    /// f̂/f_s for this as the light direction: |ω_s·N_s| / |ω·N_g| · dω_s/dω; of a delta lobe, whose coefficients are
+    /// with respect to dω, the cosines alone.
     #[inline(always)]
     pub fn factor(&self, lobe: Lobe) -> f32 {
         let cosines = (self.cos_shading / self.cos_surface).abs();
@@ -182,7 +183,8 @@ impl Tilt {
         }
     }
 
-    /// The densities of f_s as densities over N_g; f stays. Those of a delta lobe are coefficients with respect to dω on the light side.
+    /// The densities of f_s as densities over N_g; f stays. Those of a delta lobe are coefficients with respect to dω
+    /// on the light side.
     #[inline(always)]
     pub fn densities(lobe: Lobe, scatter: Scatter, to_camera: &Tilted, to_light: &Tilted) -> Scatter {
         let (camera, light) = (to_camera.jacobian, to_light.jacobian);

@@ -7,7 +7,8 @@ use crate::{
     scene::bsdf::ScatterEvent,
 };
 
-/// A class of paths; every path is in exactly one. In Heckbert's letters, camera first, X is any scattering that is not specular.
+/// A class of paths; every path is in exactly one. In Heckbert's letters, camera first, X is any scattering that is not
+/// specular.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub enum Class {
     /// C L.
@@ -95,14 +96,14 @@ impl Class {
         }
     }
 
-    /// Whether its light was scattered on its way, by more than mirrors and smooth glass. What is left are the lights themselves,
-    /// often much brighter than all that they light.
+    /// Whether its light was scattered on its way, by more than mirrors and smooth glass. What is left are the lights
+    /// themselves, often much brighter than all that they light.
     pub fn is_scattered(self) -> bool {
         !matches!(self, Self::LightsSeen | Self::LightsReflected)
     }
 
-    /// Whether s = 0 is the only strategy that any table can find it with, so that every integrator that covers it does the same
-    /// there: a specular chain offers no connection.
+    /// Whether s = 0 is the only strategy that any table can find it with, so that every integrator that covers it does
+    /// the same there: a specular chain offers no connection.
     pub fn has_one_strategy(self) -> bool {
         self == Self::LightsReflected
     }

@@ -21,8 +21,8 @@ use crate::{
 const FIRST: usize = 8;
 /// Every so many passes the sizes of finds are looked at.
 const LOOK_EVERY: usize = 8;
-/// The part of the time that is shared in equal parts, whatever the noise seems to be: a variance that looks small may only
-/// have missed what is rare.
+/// The part of the time that is shared in equal parts, whatever the noise seems to be: a variance that looks small may
+/// only have missed what is rare.
 const EQUAL_SHARE: f64 = 1.0 / 3.0;
 
 /// What an integrator has found so far.
@@ -64,7 +64,8 @@ impl Found {
         self.watched += other.watched;
     }
 
-    /// How much a second of this integrator lowers the squared error of its mean image: σ²/(n² c) for passes that cost c.
+    /// How much a second of this integrator lowers the squared error of its mean image: σ²/(n² c) for passes that cost
+    /// c.
     fn urgency(&self) -> f64 {
         let n = self.passes.len() as f64;
         let cost = self.elapsed.as_secs_f64() / n;
@@ -93,8 +94,8 @@ impl Running {
     }
 }
 
-/// Adds passes with `settings`' seeds to what was found, until the budget is spent. `progress` is told the part that is, and may
-/// end it.
+/// Adds passes with `settings`' seeds to what was found, until the budget is spent. `progress` is told the part that
+/// is, and may end it.
 pub(super) fn sample(
     scene: &Scene,
     setting: &Setting,

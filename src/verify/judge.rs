@@ -9,8 +9,8 @@ use super::{
 };
 use crate::statistics::{Comparison, Estimate, REGIONS, Regions, TILES, each_of, p_values};
 
-/// The probability that integrators which agree are suspected in one look at all comparisons together. A suspicion has to be
-/// confirmed by fresh seeds, at the same level, before it is called a disagreement.
+/// The probability that integrators which agree are suspected in one look at all comparisons together. A suspicion has
+/// to be confirmed by fresh seeds, at the same level, before it is called a disagreement.
 pub const FAMILY: f64 = 1e-3;
 /// A run is not extended beyond this factor in a forecast.
 const LONGEST: f64 = 1e7;
@@ -79,8 +79,8 @@ impl Verdict {
 
 /// A pair of integrators compared on the paths of a scope that both cover.
 ///
-/// Fractions of the image are of its mean; for scattered light, of the mean without the lights themselves, which often outshine
-/// all that they light. Of the three channels the largest fraction counts.
+/// Fractions of the image are of its mean; for scattered light, of the mean without the lights themselves, which often
+/// outshine all that they light. Of the three channels the largest fraction counts.
 #[derive(Clone, Debug)]
 pub struct Row {
     /// Indices of the integrators.
@@ -99,7 +99,8 @@ pub struct Row {
     pub visible: f64,
     /// The same as a part of what is compared.
     pub visible_of_scope: f64,
-    /// How many times longer the run would have to be to see a bias as large as the bar; at most 1 where it was long enough.
+    /// How many times longer the run would have to be to see a bias as large as the bar; at most 1 where it was long
+    /// enough.
     pub longer: f64,
     /// What it came to.
     pub verdict: Verdict,
@@ -147,7 +148,8 @@ impl<'a> Evidence<'a> {
         best.map_or([0.0; 3], |e| [0, 1, 2].map(|c| e.mean()[c]))
     }
 
-    /// What integrator `i` knows of the paths in `scope` whose covering set is `wanted`, after a run `longer` times as long.
+    /// What integrator `i` knows of the paths in `scope` whose covering set is `wanted`, after a run `longer` times as
+    /// long.
     fn known(&self, i: usize, scope: Scope, wanted: impl Fn(Covering) -> bool, longer: f64) -> Known {
         let found = &self.found[i];
         let replicates = found.passes.iter().map(|pass| {
@@ -161,7 +163,8 @@ impl<'a> Evidence<'a> {
         Known { replicates, rare }
     }
 
-    /// The squared errors from what integrator `i` finds too rarely to know about, as the other integrators predict them.
+    /// The squared errors from what integrator `i` finds too rarely to know about, as the other integrators predict
+    /// them.
     fn rare(&self, i: usize, scope: Scope, estimate: &Estimate, longer: f64) -> Vec<f64> {
         let passes = self.found[i].passes.len() as f64 * longer;
         let per_tile = self.setting.per_tile();
@@ -191,7 +194,8 @@ impl<'a> Evidence<'a> {
         cells.fold([0.0; 3], |sum, (_, mean)| [0, 1, 2].map(|c| sum[c] + mean[c]))
     }
 
-    /// What fractions of the image are fractions of: the image without the lights themselves, if anything is left of it.
+    /// What fractions of the image are fractions of: the image without the lights themselves, if anything is left of
+    /// it.
     pub(super) fn reference(&self, scope: Scope) -> [f64; 3] {
         let scattered = self.mean(|cell| cell.class.is_scattered());
         let lights = matches!(scope, Scope::Of(class) if !class.is_scattered());
@@ -203,7 +207,8 @@ impl<'a> Evidence<'a> {
         &self.classes
     }
 
-    /// Every comparison, at a level that is shared by all of them and by `looks` looks. `bar` is a fraction of the image.
+    /// Every comparison, at a level that is shared by all of them and by `looks` looks. `bar` is a fraction of the
+    /// image.
     pub(super) fn compare(&self, bar: f64, looks: f64) -> Vec<Row> {
         let n = self.found.len();
         let pairs: Vec<_> = (0..n).flat_map(|i| (i + 1..n).map(move |j| (i, j))).collect();

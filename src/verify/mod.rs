@@ -1,20 +1,23 @@
-//! Do the integrators agree on a scene? The agreement test of this project's own suite, on any scene and within a given time.
+//! Do the integrators agree on a scene? The agreement test of this project's own suite, on any scene and within a given
+//! time.
 //!
-//! Every integrator samples the same integral by another table of strategies. Their images are independent estimates of one
-//! quantity wherever both cover the paths, so a difference beyond chance is a mistake in one of them.
+//! Every integrator samples the same integral by another table of strategies. Their images are independent estimates of
+//! one quantity wherever both cover the paths, so a difference beyond chance is a mistake in one of them.
 //!
-//! * **Replicates.** Each pass over the image has random numbers of its own, so passes are independent replicates, and variances come
-//!   from them alone. Time goes to the integrators in turn, to the one whose noise a second reduces most.
-//! * **Classes.** Every path is in one [`Class`]. Two integrators are compared class by class, and on the sum of all scattered
-//!   light, over the paths that both *cover*, path by path ([`is_covered`](crate::path::is_covered)).
-//! * **Test.** Welch's t over channels and tiles; Šidák's correction over these, over all pairs and classes, and over the two looks
-//!   at the results: together [`FAMILY`]. A suspicion is tested again with fresh seeds, and is a disagreement only if they
-//!   confirm it.
-//! * **Rare finds.** The variance of a heavy tail cannot be estimated from a run that has not met it. It is predicted from what the
-//!   other integrators find: see the module `rare`.
-//! * **The bar.** "Agree" means that no difference was found *and* that a bias of [`Plan::bar`] of the image's mean would have
-//!   been. Two per cent is what a person would not see in a side by side comparison and is well below every mistake that we know
-//!   of (a lost shading-normal factor, a light counted twice, a roulette out of balance: 6 to 70 % in other renderers).
+//! * **Replicates.** Each pass over the image has random numbers of its own, so passes are independent replicates, and
+//!   variances come from them alone. Time goes to the integrators in turn, to the one whose noise a second reduces
+//!   most.
+//! * **Classes.** Every path is in one [`Class`]. Two integrators are compared class by class, and on the sum of all
+//!   scattered light, over the paths that both *cover*, path by path ([`is_covered`](crate::path::is_covered)).
+//! * **Test.** Welch's t over channels and tiles; Šidák's correction over these, over all pairs and classes, and over
+//!   the two looks at the results: together [`FAMILY`]. A suspicion is tested again with fresh seeds, and is a
+//!   disagreement only if they confirm it.
+//! * **Rare finds.** The variance of a heavy tail cannot be estimated from a run that has not met it. It is predicted
+//!   from what the other integrators find: see the module `rare`.
+//! * **The bar.** "Agree" means that no difference was found *and* that a bias of [`Plan::bar`] of the image's mean
+//!   would have been. Two per cent is what a person would not see in a side by side comparison and is well below every
+//!   mistake that we know of (a lost shading-normal factor, a light counted twice, a roulette out of balance: 6 to 70 %
+//!   in other renderers).
 
 mod class;
 mod contest;
@@ -165,19 +168,21 @@ pub struct Report {
 }
 
 impl Report {
-    /// The largest of the biases that the comparisons could have missed, as a fraction of the image; of those that count.
+    /// The largest of the biases that the comparisons could have missed, as a fraction of the image; of those that
+    /// count.
     pub fn visible(&self) -> f64 {
         let counts = |row: &&Row| !matches!(row.verdict, Verdict::Faint | Verdict::SameStrategy);
         self.rows.iter().filter(counts).map(|row| row.visible).fold(0.0, f64::max)
     }
 }
 
-/// Compares the plan's integrators on a scene, on the current rayon pool. `progress` hears the part of the budget that is spent, which
-/// may exceed 1 while a late suspicion is tested, and may end it: then there is what two passes of each say, or more.
+/// Compares the plan's integrators on a scene, on the current rayon pool. `progress` hears the part of the budget that
+/// is spent, which may exceed 1 while a late suspicion is tested, and may end it: then there is what two passes of each
+/// say, or more.
 ///
 /// # Panics
-/// With fewer than two integrators or more than eight, the same one twice, or area sampling; with a budget of fewer than two passes; if
-/// the camera's sensor is padded.
+/// With fewer than two integrators or more than eight, the same one twice, or area sampling; with a budget of fewer
+/// than two passes; if the camera's sensor is padded.
 pub fn verify(scene: &Scene, plan: &Plan, progress: &mut dyn FnMut(f64) -> ControlFlow<()>) -> Report {
     let Plan { integrators: kinds, max_depth, roulette, budget, .. } = plan;
     assert!((2..=Covering::MOST).contains(&kinds.len()) && kinds.iter().all(|k| k.has_strategies()), "{kinds:?}");

@@ -1,17 +1,19 @@
 //! Finds that are too rare for a variance to be estimated from them.
 //!
-//! An integrator that meets a bright, unlikely path once in a thousand passes (path tracing and the caustic of a small lamp)
-//! shows a small variance and too dark a mean, until it meets one. Its own replicates cannot tell, and Welch's test would call it
-//! biased. But another integrator that covers the same paths meets them often, and for each of them the tables say what the first
-//! one *would* deposit on finding it, and so how often it does ([`relative_deposit`](crate::path::relative_deposit)). So the
-//! error from all finds of a size that the first one is expected to make fewer than [`FEW`] times is predicted, and added to
-//! what its replicates show. Where that matters the comparison becomes blind and says so, which is the truth.
+//! An integrator that meets a bright, unlikely path once in a thousand passes (path tracing and the caustic of a small
+//! lamp) shows a small variance and too dark a mean, until it meets one. Its own replicates cannot tell, and Welch's
+//! test would call it biased. But another integrator that covers the same paths meets them often, and for each of them
+//! the tables say what the first one *would* deposit on finding it, and so how often it does
+//! ([`relative_deposit`](crate::path::relative_deposit)). So the error from all finds of a size that the first one is
+//! expected to make fewer than [`FEW`] times is predicted, and added to what its replicates show. Where that matters
+//! the comparison becomes blind and says so, which is the truth.
 
 use super::Class;
 use crate::statistics::TILES;
 
-/// Expected finds below which a sum is no normal variable in the tails that significance looks at: a Poisson number with this
-/// mean falls by 4.6 of its own estimated standard deviations with a probability of 1e-4, and two runs have to.
+/// Expected finds below which a sum is no normal variable in the tails that significance looks at: a Poisson number
+/// with this mean falls by 4.6 of its own estimated standard deviations with a probability of 1e-4, and two runs have
+/// to.
 const FEW: f64 = 100.0;
 /// Sizes are told apart by factors of 4, from 2⁻⁴⁰ to 2⁴⁰ times the radiance of the brightest light.
 const BINS: usize = 40;
@@ -30,7 +32,8 @@ impl Sizes {
         Self { integrators, mass: vec![Vec::new(); Class::ALL.len() * integrators] }
     }
 
-    /// A path that carries `mass`, and that `integrator` would find by deposits of `size`, in units of the brightest light's radiance.
+    /// A path that carries `mass`, and that `integrator` would find by deposits of `size`, in units of the brightest
+    /// light's radiance.
     pub(super) fn count(&mut self, class: Class, integrator: usize, tile: usize, size: f64, mass: f64) {
         let bin = ((size.log2() + BINS as f64) / 2.0).clamp(0.0, (BINS - 1) as f64) as usize;
         let light = &mut self.mass[class as usize * self.integrators + integrator];
@@ -45,8 +48,9 @@ impl Sizes {
         }
     }
 
-    /// The squared error of the mean sum of `passes` passes, in each tile and in the image, from the finds that `integrator` makes
-    /// fewer than [`FEW`] times in them. `watched` is how many passes were counted here, `unit` the brightest light's radiance.
+    /// The squared error of the mean sum of `passes` passes, in each tile and in the image, from the finds that
+    /// `integrator` makes fewer than [`FEW`] times in them. `watched` is how many passes were counted here, `unit` the
+    /// brightest light's radiance.
     pub(super) fn rare(&self, class: Class, integrator: usize, passes: f64, watched: f64, unit: f64) -> Rare {
         let light = &self.mass[class as usize * self.integrators + integrator];
         if light.is_empty() {
@@ -68,8 +72,9 @@ pub(super) struct Rare {
     pub(super) image: f64,
 }
 
-/// Of light that `watched` passes saw, size by size. What is expected λ ≥ 1 times and carries the light m has the squared error
-/// m²/λ, of a Poisson number; what is expected less than once will most likely be missing, all of it together.
+/// Of light that `watched` passes saw, size by size. What is expected λ ≥ 1 times and carries the light m has the
+/// squared error m²/λ, of a Poisson number; what is expected less than once will most likely be missing, all of it
+/// together.
 fn rare_error2(light: &[f64], passes: f64, watched: f64, unit: f64) -> f64 {
     let (mut finds, mut error2, mut missing) = (0.0, 0.0, 0.0);
     for bin in (0..BINS).rev() {

@@ -111,7 +111,8 @@ fn a_planted_bias_is_a_disagreement_where_it_is() {
     assert!(Evidence::new(&setting, &honest).confirm(&indirect).iter().all(|same| !same));
 }
 
-/// A caustic that path tracing has hardly met yet is no disagreement: what it would find is predicted from light tracing.
+/// A caustic that path tracing has hardly met yet is no disagreement: what it would find is predicted from light
+/// tracing.
 #[test]
 fn what_path_tracing_has_not_met_yet_is_no_disagreement() {
     for seed in 0..4 {

@@ -110,8 +110,9 @@ fn a_hundred_kills() {
     kill(100);
 }
 
-/// Kills renders at `times` moments, spread over the time that one takes, with no time to clean up. The checkpoint is then a whole
-/// one, or not there yet, and the render that goes on from it ends with the bytes of one that was left alone.
+/// Kills renders at `times` moments, spread over the time that one takes, with no time to clean up. The checkpoint is
+/// then a whole one, or not there yet, and the render that goes on from it ends with the bytes of one that was left
+/// alone.
 fn kill(times: u32) {
     const SPP: &str = "48";
     let run = Run::new();

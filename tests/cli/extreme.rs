@@ -7,7 +7,8 @@ use serde_json::{Value, json};
 
 use crate::{Run, code, pixels, stderr};
 
-/// A square [−1, 1]² that faces a camera two metres away, and whatever `nodes` are besides; mesh 0 is the triangles with the corners `mesh`.
+/// A square [−1, 1]² that faces a camera two metres away, and whatever `nodes` are besides; mesh 0 is the triangles
+/// with the corners `mesh`.
 fn scene(run: &Run, mesh: &[[f32; 3]], places: &[[f32; 3]], nodes: &[Value], lights: &Value) -> &'static str {
     let bytes: Vec<u8> = mesh.iter().chain(places).flatten().flat_map(|c| c.to_le_bytes()).collect();
     let (cut, all) = (12 * mesh.len(), bytes.len());

@@ -75,7 +75,8 @@ fn a_signal_is_heard_in_the_background_of_a_script() {
     let run = Run::new();
     // A shell without job control starts what is in the background with SIGINT ignored.
     let script = format!(
-        "{} render {} --width 16 --height 12 --spp {ENDLESS} --checkpoint k.exr --checkpoint-every 1ms -o a.exr & echo $! > pid; \
+        "{} render {} --width 16 --height 12 --spp {ENDLESS} --checkpoint k.exr --checkpoint-every 1ms -o a.exr & echo \
+         $! > pid; \
          wait $!; echo $? > exit",
         env!("CARGO_BIN_EXE_pathspace"),
         scene().display()

@@ -69,7 +69,8 @@ fn a_bounce_alone_is_its_layer() {
     let alone = channels(&run.image("alone.exr", &["--spp", "2", "--min-depth", "3", "--max-depth", "3"]));
     let deep = channels(&run.image("deep.exr", &["--spp", "2", "--min-depth", "4", "--max-depth", "4"]));
     for letter in ["R", "G", "B"] {
-        // The weights of a length do not depend on how long others may be, but walks and their numbers end with the table.
+        // The weights of a length do not depend on how long others may be, but walks and their numbers end with the
+        // table.
         let mean = |values: &[f32]| values.iter().sum::<f32>() / values.len() as f32;
         assert_eq!(layers[&format!("bounces.4.{letter}")], deep[letter]);
         let (a, b) = (mean(&layers[&format!("bounces.3.{letter}")]), mean(&alone[letter]));

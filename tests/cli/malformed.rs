@@ -1,4 +1,5 @@
-//! Files that are wrong, or legal and extreme: each is rendered, or refused with its exit code and one sentence that has a place.
+//! Files that are wrong, or legal and extreme: each is rendered, or refused with its exit code and one sentence that
+//! has a place.
 
 use std::{
     collections::BTreeSet,
@@ -120,7 +121,8 @@ fn collect(folder: &Path, files: &mut Vec<PathBuf>) {
     }
 }
 
-/// Every byte of a shard's header, changed; whatever it announces then. What is changed where nothing is checked does no harm.
+/// Every byte of a shard's header, changed; whatever it announces then. What is changed where nothing is checked does
+/// no harm.
 #[test]
 fn shards_that_are_wrong_are_merged_and_resumed_to_the_same_bytes_or_refused() {
     let run = Run::new();

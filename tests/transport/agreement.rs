@@ -19,8 +19,8 @@ const VISIBLE: f64 = 0.01;
 /// 0.68² + 0.68² < 1: see [`Refined`].
 const EVENLY: f64 = 0.68 * VISIBLE;
 
-/// How far the estimates are refined, as the bias that each could see against an exact one. Two of them together see less than
-/// [`VISIBLE`].
+/// How far the estimates are refined, as the bias that each could see against an exact one. Two of them together see
+/// less than [`VISIBLE`].
 #[derive(Clone, Copy)]
 enum Refined {
     /// All by [`EVENLY`].
@@ -197,8 +197,8 @@ pub fn where_all_cover_and(
     println!("{name}: {:.0} s", start.elapsed().as_secs_f32());
 }
 
-/// Compares the integrators `kinds`, the last of them bdpt, pair by pair; then light tracing, completed by what it does not
-/// cover as the first of `kinds` finds it.
+/// Compares the integrators `kinds`, the last of them bdpt, pair by pair; then light tracing, completed by what it does
+/// not cover as the first of `kinds` finds it.
 fn compare(name: &str, scene: &Scene, kinds: &[IntegratorKind], refined: Refined, compared: Compared) {
     let start = Instant::now();
     let everything = move |path: &JoinedPath| compared.contains(path);
@@ -241,7 +241,8 @@ fn compare(name: &str, scene: &Scene, kinds: &[IntegratorKind], refined: Refined
     println!("{name}: {:.0} s", start.elapsed().as_secs_f32());
 }
 
-/// Passes after which a scene where not one path was uncovered is taken to have none; if it has some after all, light and bdpt differ.
+/// Passes after which a scene where not one path was uncovered is taken to have none; if it has some after all, light
+/// and bdpt differ.
 const LOOK_FOR_UNCOVERED: u32 = 16;
 
 /// Which paths of a scene are compared.
@@ -249,9 +250,10 @@ const LOOK_FOR_UNCOVERED: u32 = 16;
 pub enum Compared {
     /// All.
     All,
-    /// Those with a vertex between camera and lamp that is not specular. A lamp seen directly, in a mirror or through glass is found
-    /// by the same strategy with the weight 1 in every table with s = 0 (and its path is checked by the identity), but where it
-    /// is much brighter than the image, the noise of its edge pixels would be all there is to see.
+    /// Those with a vertex between camera and lamp that is not specular. A lamp seen directly, in a mirror or through
+    /// glass is found by the same strategy with the weight 1 in every table with s = 0 (and its path is checked by the
+    /// identity), but where it is much brighter than the image, the noise of its edge pixels would be all there is to
+    /// see.
     Scattered,
 }
 

@@ -1,4 +1,5 @@
-//! Coverage: what is there in part scatters and shines in part, and camera rays, shadow rays and light paths pass the rest alike.
+//! Coverage: what is there in part scatters and shines in part, and camera rays, shadow rays and light paths pass the
+//! rest alike.
 
 use glam::Vec3;
 use pathspace::{
@@ -75,7 +76,8 @@ pub fn assert_radiance(name: &str, scene: &Scene, kinds: &[IntegratorKind], edge
     }
 }
 
-/// L (1 − α)^k behind k panes, also where they cross each other; panes that shine add αL_e behind those in front of them.
+/// L (1 − α)^k behind k panes, also where they cross each other; panes that shine add αL_e behind those in front of
+/// them.
 #[test]
 fn of_a_lamp_every_pane_leaves_its_part() {
     let lamp = |radiance| Material::diffuse("lamp", Rgb::ZERO).emitting(Rgb::splat(radiance));
@@ -98,7 +100,8 @@ fn of_a_lamp_every_pane_leaves_its_part() {
     }
 }
 
-/// A floor under a sun or a sky that shines through two level panes and two that cross: E (1 − α)⁴ for light and shadow rays.
+/// A floor under a sun or a sky that shines through two level panes and two that cross: E (1 − α)⁴ for light and shadow
+/// rays.
 #[test]
 fn light_and_shadow_rays_pass_crossing_panes() {
     let materials = vec![Material::diffuse("floor", Rgb::splat(0.6)), veil(0.2)];
@@ -120,8 +123,8 @@ fn light_and_shadow_rays_pass_crossing_panes() {
     assert_radiance("sun through panes", &Scene::new(g, materials, &[sun], camera), &connecting, 2, 96, expected);
 }
 
-/// A closed furnace with panes and a ball in it that are there in part: every point of theirs is as bright as the walls, so
-/// L = L_e Σ aᵏ still holds, path length by path length.
+/// A closed furnace with panes and a ball in it that are there in part: every point of theirs is as bright as the
+/// walls, so L = L_e Σ aᵏ still holds, path length by path length.
 #[test]
 fn panes_in_a_furnace_cannot_be_seen() {
     let albedo = 0.5_f64;
@@ -172,8 +175,8 @@ fn a_mask_leaves_all_or_nothing() {
     }
 }
 
-/// A room lit by a lamp behind a veil, with crossing veils in the middle, one before the camera, a lamp that is there in part
-/// and a card with a mask.
+/// A room lit by a lamp behind a veil, with crossing veils in the middle, one before the camera, a lamp that is there
+/// in part and a card with a mask.
 fn cards() -> Scene {
     let glow = Material::diffuse("glow", Rgb::splat(0.5)).emitting(Rgb::new(1.0, 1.5, 2.0));
     let materials = vec![

@@ -24,8 +24,8 @@ use crate::{
     scenes,
 };
 
-/// A dim sphere seen from inside, between whose points G is constant, with a lamp, a ball and a panel that float apart from it
-/// and from each other: no two surfaces touch, so ∫G² is finite.
+/// A dim sphere seen from inside, between whose points G is constant, with a lamp, a ball and a panel that float apart
+/// from it and from each other: no two surfaces touch, so ∫G² is finite.
 fn island_room(camera: impl Fn(Sensor) -> Camera, sensor: Sensor) -> Scene {
     let plastic = MetallicRoughness::new(Rgb::new(0.6, 0.2, 0.1), 0.0, 0.5);
     let mut wall = Material::diffuse("wall", Rgb::new(0.5, 0.55, 0.6)).emitting(Rgb::new(0.5, 0.4, 0.3));

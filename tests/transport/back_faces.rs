@@ -35,8 +35,8 @@ fn dolls_house(furniture: impl FnOnce(&mut Geometry), others: Vec<Material>) -> 
     Scene::new(g, [vec![wall], others].concat(), &[], camera)
 }
 
-/// In a closed furnace every path length has its power of the albedo, and so it has when one looks in through a wall; were the wall
-/// away for light as well, half of what it sends would be missing.
+/// In a closed furnace every path length has its power of the albedo, and so it has when one looks in through a wall;
+/// were the wall away for light as well, half of what it sends would be missing.
 #[test]
 fn a_furnace_seen_through_its_wall_is_a_furnace() {
     let scene = dolls_house(|_| {}, vec![]).culling_back_faces();

@@ -99,8 +99,8 @@ fn a_furnace_is_as_bright_through_every_camera() {
     }
 }
 
-/// A cube with a bright wall, a hole towards the sky and a box of another colour: little noise, and structure that a misplaced
-/// splat or a wrong blur would move.
+/// A cube with a bright wall, a hole towards the sky and a box of another colour: little noise, and structure that a
+/// misplaced splat or a wrong blur would move.
 fn room(camera: Camera) -> Scene {
     let materials = vec![
         Material::diffuse("white", Rgb::new(0.6, 0.55, 0.5)),

@@ -70,8 +70,9 @@ fn flush_lamp(place: &DAffine3, lamp_first: bool, camera: Camera) -> Scene {
     Scene::new(g, materials, &[], camera)
 }
 
-/// The radiance of a floor under a rectangular lamp 1 m above it: ρ L F, with the form factor of a parallel rectangle to a small
-/// element (Howell, *A Catalog of Radiation Heat Transfer Configuration Factors*, B-3), summed over its four quarters.
+/// The radiance of a floor under a rectangular lamp 1 m above it: ρ L F, with the form factor of a parallel rectangle
+/// to a small element (Howell, *A Catalog of Radiation Heat Transfer Configuration Factors*, B-3), summed over its four
+/// quarters.
 fn under_lamp(x: f64, z: f64) -> f64 {
     let quarter = |a: f64, b: f64| {
         let part = |a: f64, b: f64| a / (1.0 + a * a).sqrt() * (b / (1.0 + a * a).sqrt()).atan();
@@ -143,8 +144,8 @@ fn both_orders_of_a_flush_lamp_give_the_same_image() {
     assert!(all > 0.0 && apart < 1e-4 * all, "{apart} of {all}");
 }
 
-/// Cards on a floor and lamps in a ceiling, of any kind and overlapping as they come; a glass and an instance that stand on the floor, and
-/// veils.
+/// Cards on a floor and lamps in a ceiling, of any kind and overlapping as they come; a glass and an instance that
+/// stand on the floor, and veils.
 fn cards(place: &DAffine3, sensor: Sensor) -> Scene {
     let mut both = Material::diffuse("both", Rgb::splat(0.4)).emitting(Rgb::new(2.0, 3.0, 5.0));
     both.emission_sides = EmissionSides::Both;

@@ -1,7 +1,7 @@
-//! Agreement over a pairwise covering array of integrators, samplers, materials, cameras, filters and lights, each row against bdpt
-//! (source: Cohen et al. 1997, *The AETG System*); and p-values of many small comparisons, uniform by Kolmogorov and Smirnov's test.
-//! It would catch what goes wrong only where two features meet, such as splats under a wide filter through an orthographic camera,
-//! and a bias too small for any single comparison of so few samples.
+//! Agreement over a pairwise covering array of integrators, samplers, materials, cameras, filters and lights, each row
+//! against bdpt (source: Cohen et al. 1997, *The AETG System*); and p-values of many small comparisons, uniform by
+//! Kolmogorov and Smirnov's test. It would catch what goes wrong only where two features meet, such as splats under a
+//! wide filter through an orthographic camera, and a bias too small for any single comparison of so few samples.
 
 use std::time::Instant;
 
@@ -38,8 +38,8 @@ const LEVELS: [usize; 6] = [
 /// A value of every factor.
 type Row = [usize; LEVELS.len()];
 
-/// Whether an integrator sees anything of a light at all; all other values go together. Walks never meet a light without
-/// extent, and area sampling finds emitting surfaces alone.
+/// Whether an integrator sees anything of a light at all; all other values go together. Walks never meet a light
+/// without extent, and area sampling finds emitting surfaces alone.
 fn is_possible(integrator: usize, lamp: usize) -> bool {
     let delta = matches!(Lamp::ALL[lamp], Lamp::Point | Lamp::Spot | Lamp::Sun);
     match IntegratorKind::ALL[integrator] {
@@ -56,8 +56,8 @@ fn possible_pairs() -> Vec<[usize; 4]> {
     pairs.filter(|[f, a, g, b]| (*f, *g) != (0, LEVELS.len() - 1) || is_possible(*a, *b)).collect()
 }
 
-/// Rows that have every possible pair, greedily: each starts from a pair that is missing, and goes on with the values that
-/// bring the most missing pairs.
+/// Rows that have every possible pair, greedily: each starts from a pair that is missing, and goes on with the values
+/// that bring the most missing pairs.
 fn covering_array() -> Vec<Row> {
     let mut missing = possible_pairs();
     let mut rows = Vec::new();
@@ -196,8 +196,8 @@ fn means(scene: &Scene, kind: IntegratorKind, sampler: SamplerKind, seed: u64) -
     (0..REPLICATES).map(replicate).collect()
 }
 
-/// The probability of a smaller t if the means are equal, by Welch: uniform then, with the sign of the difference kept, since that is
-/// where a small bias shows.
+/// The probability of a smaller t if the means are equal, by Welch: uniform then, with the sign of the difference kept,
+/// since that is where a small bias shows.
 fn one_sided_p(a: &[f64], b: &[f64]) -> f64 {
     let moments = |x: &[f64]| {
         let n = x.len() as f64;
@@ -209,7 +209,8 @@ fn one_sided_p(a: &[f64], b: &[f64]) -> f64 {
     StudentsT::new(0.0, 1.0, freedom).unwrap().cdf((x - y) / (u + v).sqrt())
 }
 
-/// The p-value of a uniform distribution: Kolmogorov's asymptotic distribution with Stephens's correction for the number.
+/// The p-value of a uniform distribution: Kolmogorov's asymptotic distribution with Stephens's correction for the
+/// number.
 fn kolmogorov_smirnov(mut p: Vec<f64>) -> f64 {
     p.sort_by(f64::total_cmp);
     let n = p.len() as f64;
@@ -230,7 +231,8 @@ fn the_kolmogorov_smirnov_test_has_its_tabulated_quantiles() {
     }
 }
 
-/// In a glowing sphere around diffuse islands no contribution is large, and the means of a few hundred samples are normal.
+/// In a glowing sphere around diffuse islands no contribution is large, and the means of a few hundred samples are
+/// normal.
 #[test]
 fn p_values_of_agreeing_integrators_are_uniform() {
     use IntegratorKind::{Bdpt, Hybrid, Light, Path};

@@ -1,4 +1,5 @@
-//! Exactness: the same bytes for any number of threads, a crop that is a slice, and a brightness that depends on the scene alone.
+//! Exactness: the same bytes for any number of threads, a crop that is a slice, and a brightness that depends on the
+//! scene alone.
 
 use pathspace::{
     film::{Crop, Header, Image, encode_exr},

@@ -51,8 +51,8 @@ fn under_sun_and_sky() {
     where_all_cover("outdoor", &gallery("outdoor"), &[PathTracing, LightTracing, Hybrid, Bdpt], 1..=DEPTH);
 }
 
-/// No camera path meets a lamp without extent: what `path` misses is compared without it, and what it finds behind a glossy
-/// reflection it finds so rarely that only direct light is compared.
+/// No camera path meets a lamp without extent: what `path` misses is compared without it, and what it finds behind a
+/// glossy reflection it finds so rarely that only direct light is compared.
 #[test]
 fn glass_and_metal_under_points_and_spots() {
     let scene = gallery("glass-and-metal");
@@ -70,8 +70,8 @@ fn a_lamp_and_its_mirror_image() {
     );
 }
 
-/// Veach's plates are made to be noisy in every single strategy. Lamps as the plates show them are tiny and bright, and light
-/// tracing hardly ever meets the camera in them: it is compared on the wall behind.
+/// Veach's plates are made to be noisy in every single strategy. Lamps as the plates show them are tiny and bright, and
+/// light tracing hardly ever meets the camera in them: it is compared on the wall behind.
 #[test]
 fn veachs_plates() {
     let plates = gallery("mis-plates");
@@ -82,10 +82,10 @@ fn veachs_plates() {
     where_all_cover_within(0.02, "the wall behind", &wall, &[PathTracing, LightTracing, Hybrid, Bdpt], 2..=DEPTH);
 }
 
-/// The lecture's own estimators, and the one that draws every vertex by itself, in every scene that they cover. They are noisier, and
-/// a bias of 4 % is what each comparison sees; 8 % where they meet the plates' lamps by chance alone, in direct light. The smaller
-/// lamps there, of one power on down to a two-hundredth of the area, and all mirror images in the metal are too rare for `area`: it
-/// is compared on what the largest lamp lights on the gray walls.
+/// The lecture's own estimators, and the one that draws every vertex by itself, in every scene that they cover. They
+/// are noisier, and a bias of 4 % is what each comparison sees; 8 % where they meet the plates' lamps by chance alone,
+/// in direct light. The smaller lamps there, of one power on down to a two-hundredth of the area, and all mirror images
+/// in the metal are too rare for `area`: it is compared on what the largest lamp lights on the gray walls.
 #[test]
 fn by_the_lectures_estimators() {
     use IntegratorKind::{Area, PathHemisphere, PathLight};
@@ -115,8 +115,8 @@ fn identity_in_each() {
     for name in ["mis-plates", "many-lights", "textured-room", "mirrored-lamps"] {
         identity::assert_identity(name, &gallery(name), 8);
     }
-    // Under an open sky few light paths come into view, and `area` cannot see the sky at all; `path-hemisphere` and `area` find
-    // nothing where no lamp has an extent.
+    // Under an open sky few light paths come into view, and `area` cannot see the sky at all; `path-hemisphere` and
+    // `area` find nothing where no lamp has an extent.
     identity::assert_identity_by(&scenes::WEIGHTED, "outdoor", &gallery("outdoor"), 20);
     identity::assert_identity_by(&scenes::WEIGHTED, "glass-and-metal", &gallery("glass-and-metal"), 4);
 }

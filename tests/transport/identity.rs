@@ -1,5 +1,5 @@
-//! The safeguard of the core: for every path that any strategy of any integrator finds, the fast form's contribution is F/p
-//! and its weight is the definition's.
+//! The safeguard of the core: for every path that any strategy of any integrator finds, the fast form's contribution is
+//! F/p and its weight is the definition's.
 
 use std::sync::Mutex;
 
@@ -43,8 +43,9 @@ fn defined(path: &Path, technique: Technique, integrator: &Integrator) -> Claim 
     }
 }
 
-/// By how much f32 may be off on this path: what moving its vertices and turning its normals by a few roundings changes in the
-/// *definition*. Short edges, grazing angles and narrow lobes earn their tolerance this way, and nothing else does.
+/// By how much f32 may be off on this path: what moving its vertices and turning its normals by a few roundings changes
+/// in the *definition*. Short edges, grazing angles and narrow lobes earn their tolerance this way, and nothing else
+/// does.
 fn condition(scene: &Scene, path: &Path, strategy: Technique, integrator: &Integrator) -> Claim {
     let exact = defined(path, strategy, integrator);
     let mut worst = Claim { contribution: DVec3::ZERO, weight: 0.0 };
@@ -61,8 +62,9 @@ fn condition(scene: &Scene, path: &Path, strategy: Technique, integrator: &Integ
     worst
 }
 
-/// The relative rounding error of the path's densities. The fast form takes a sampled direction's density from the direction,
-/// the definition from the positions it led to: errors that a common perturbation of the positions would cancel in a weight.
+/// The relative rounding error of the path's densities. The fast form takes a sampled direction's density from the
+/// direction, the definition from the positions it led to: errors that a common perturbation of the positions would
+/// cancel in a weight.
 fn rounding(path: &Path) -> f64 {
     let edge = |pair: &[Vertex]| {
         let (a, b) = (&pair[0].point, &pair[1].point);
@@ -108,7 +110,8 @@ fn disagreement(scene: &Scene, path: &JoinedPath, found: Claim, integrator: &Int
     let agrees = off.cmple(allowed).all() && weight_off <= weight_allowed;
     (!agrees).then(|| {
         format!(
-            "{strategy} {}: fast {found:?}, definition {expected:?}; off by {off} of {allowed} and {weight_off:.3e} of {weight_allowed:.3e}",
+            "{strategy} {}: fast {found:?}, definition {expected:?}; off by {off} of {allowed} and {weight_off:.3e} of \
+             {weight_allowed:.3e}",
             explicit.class()
         )
     })

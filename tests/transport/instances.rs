@@ -1,5 +1,5 @@
-//! Instances: mirrored, stretched and small lamps of one mesh in a room, held to the definition, among the integrators, and to
-//! the same room with every triangle in world space.
+//! Instances: mirrored, stretched and small lamps of one mesh in a room, held to the definition, among the integrators,
+//! and to the same room with every triangle in world space.
 
 use glam::{DAffine3, DQuat, DVec3, Vec3};
 use pathspace::{
@@ -59,8 +59,8 @@ pub fn place(g: &mut Geometry, parts: &[Part], places: &[DAffine3], copies: Copi
     }
 }
 
-/// A room whose only light are three lamps of one mesh, a slanted panel that emits from its front under a shade: one turned, one
-/// mirrored and stretched, one sheared; and two smooth, glossy pyramids, one of them mirrored.
+/// A room whose only light are three lamps of one mesh, a slanted panel that emits from its front under a shade: one
+/// turned, one mirrored and stretched, one sheared; and two smooth, glossy pyramids, one of them mirrored.
 fn room(sensor: Sensor, copies: Copies) -> Scene {
     let brass = MetallicRoughness::new(Rgb::new(0.9, 0.7, 0.4), 1.0, 0.25);
     let materials = vec![

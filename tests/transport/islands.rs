@@ -1,5 +1,5 @@
-//! Scenes whose surfaces float apart, so that ∫G² is finite and every strategy has a finite variance by itself: one of each kind of
-//! material, of light and of camera.
+//! Scenes whose surfaces float apart, so that ∫G² is finite and every strategy has a finite variance by itself: one of
+//! each kind of material, of light and of camera.
 
 use glam::{DAffine3, DQuat, DVec3, Vec3};
 use pathspace::{

@@ -1,8 +1,9 @@
-//! Layers: those of a partition add up to the image in the film's integers, and each is what a render of its paths alone would be.
+//! Layers: those of a partition add up to the image in the film's integers, and each is what a render of its paths
+//! alone would be.
 //!
-//! Oracles: the exact sums of the image; renders with one strategy, which know nothing of layers; a path's class and sides from its
-//! definition. They would catch a path in two layers or in none, a layer with another rounding, and an expression that reads a path
-//! wrongly.
+//! Oracles: the exact sums of the image; renders with one strategy, which know nothing of layers; a path's class and
+//! sides from its definition. They would catch a path in two layers or in none, a layer with another rounding, and an
+//! expression that reads a path wrongly.
 
 use pathspace::{
     film::{ExactSum, Film, Half},

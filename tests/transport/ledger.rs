@@ -1,10 +1,10 @@
 //! The energy ledger of a closed scene: [outgoing] − [incoming] = [emitted] − [absorbed], material by material.
 //!
-//! Oracle: conservation of energy (lecture 14, *Energy balance*). Particles of light subpaths carry power; of what arrives at a surface
-//! the fraction that it absorbs is known without sampling (1 − albedo by Lambert, Schlick, Fresnel or a quadrature), and the lamps'
-//! power by their formulas.
-//! It would catch power that a walk gains or loses: η² on the wrong side, a roulette that forgets its probability, absorption along the
-//! wrong edges, a lamp that emits more than it says, a leak between surfaces.
+//! Oracle: conservation of energy (lecture 14, *Energy balance*). Particles of light subpaths carry power; of what
+//! arrives at a surface the fraction that it absorbs is known without sampling (1 − albedo by Lambert, Schlick, Fresnel
+//! or a quadrature), and the lamps' power by their formulas. It would catch power that a walk gains or loses: η² on the
+//! wrong side, a roulette that forgets its probability, absorption along the wrong edges, a lamp that emits more than
+//! it says, a leak between surfaces.
 
 use std::{f64::consts::PI, sync::Arc};
 
@@ -101,7 +101,8 @@ fn emitted(scene: &Scene) -> DVec3 {
     lamp + BULB.as_dvec3() * 4.0 * PI + SPOT.as_dvec3() * cone
 }
 
-/// What a material sends on of the power that arrives from a direction, by the cosine against N_g (negative from behind).
+/// What a material sends on of the power that arrives from a direction, by the cosine against N_g (negative from
+/// behind).
 enum Albedo {
     /// The same from everywhere.
     Constant(DVec3),
@@ -146,7 +147,8 @@ impl Albedo {
     }
 }
 
-/// The part of the power from a direction at the cosine z that leaves again, to either side: ∫ f |cos θ_camera| dω_camera.
+/// The part of the power from a direction at the cosine z that leaves again, to either side: ∫ f |cos θ_camera|
+/// dω_camera.
 fn directional(bsdf: &Bsdf, z: f64) -> DVec3 {
     const SIDE: i32 = 192;
     let to_light = Vec3::new((1.0 - z * z).sqrt() as f32, 0.0, z as f32);

@@ -1,7 +1,8 @@
-//! What lies inside: bodies that absorb, one within another, beside another or reaching into it, with cameras, lamps and cards in them.
+//! What lies inside: bodies that absorb, one within another, beside another or reaching into it, with cameras, lamps
+//! and cards in them.
 //!
-//! Oracles: Beer–Lambert and Fresnel at normal incidence, layer by layer and with every reflection between them, and the definition, which
-//! finds the medium of an edge by crossings from outside while walks carry it along.
+//! Oracles: Beer–Lambert and Fresnel at normal incidence, layer by layer and with every reflection between them, and
+//! the definition, which finds the medium of an edge by crossings from outside while walks carry it along.
 
 use std::f64::consts::PI;
 
@@ -64,8 +65,8 @@ fn bright() -> Material {
     Material::diffuse("bright", Rgb::ZERO).emitting(Rgb::splat(2.0))
 }
 
-/// Transmittance of parallel layers of `(index, what each lets through)` between `before` and `after`, at normal incidence, with
-/// every reflection between them: interfaces are added one by one, T = T₁aT₂/(1 − R₁′a²R₂).
+/// Transmittance of parallel layers of `(index, what each lets through)` between `before` and `after`, at normal
+/// incidence, with every reflection between them: interfaces are added one by one, T = T₁aT₂/(1 − R₁′a²R₂).
 fn layers(before: f64, inner: &[(f64, f64)], after: f64) -> f64 {
     let fresnel = |a: f64, b: f64| ((a - b) / (a + b)).powi(2);
     let first = inner.first().map_or(after, |layer| layer.0);
@@ -262,8 +263,8 @@ fn a_camera_in_a_body_sees_a_lamp_in_it() {
     assert_image("lamp in the camera's body", &scene, &all, 1, 0.01, &truth);
 }
 
-/// A room in which everything is: a frosted body with a camera in it, one of glass and a card within, lamps inside and outside, a lamp cut by a
-/// boundary, bodies that overlap and that touch, and instances.
+/// A room in which everything is: a frosted body with a camera in it, one of glass and a card within, lamps inside and
+/// outside, a lamp cut by a boundary, bodies that overlap and that touch, and instances.
 fn nested(front: Coverage) -> Scene {
     let fog = Rgb::new(0.1, 0.3, 0.6);
     let materials = vec![

@@ -99,7 +99,8 @@ fn court(change: Change) -> Scene {
     Scene::new(g, materials, &lights, camera)
 }
 
-/// Twice the light is twice the image, to the last bit: random choices go by ratios, and the film's scale is a power of two.
+/// Twice the light is twice the image, to the last bit: random choices go by ratios, and the film's scale is a power of
+/// two.
 #[test]
 fn twice_the_emission_is_twice_the_image() {
     let (scene, doubled) = (court(SAME), court(Change { emission: 2.0, ..SAME }));

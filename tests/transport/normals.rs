@@ -1,5 +1,5 @@
-//! Shading normals that tilt: what a surface reflects does not depend on how far N_s and N_g lie apart, and every strategy
-//! has the same f̂ there.
+//! Shading normals that tilt: what a surface reflects does not depend on how far N_s and N_g lie apart, and every
+//! strategy has the same f̂ there.
 
 use std::sync::Arc;
 
@@ -75,8 +75,8 @@ fn mean(image: &Film) -> f32 {
     image.pixels.iter().map(|pixel| pixel.element_sum() / 3.0).sum::<f32>() / image.pixels.len() as f32
 }
 
-/// Whatever a flat surface reflects, one with a normal map of 45° reflects, too: as much as the flat one does where ω_s lies. From N_g,
-/// cot a_s = cot 45° + tan 45°.
+/// Whatever a flat surface reflects, one with a normal map of 45° reflects, too: as much as the flat one does where ω_s
+/// lies. From N_g, cot a_s = cot 45° + tan 45°.
 #[test]
 fn a_normal_map_of_45_degrees_keeps_what_a_flat_surface_reflects() {
     let tilt = v(1.0, 0.0, 1.0);
@@ -115,8 +115,8 @@ fn ball(material: Material, coarse: bool, sensor: Sensor) -> Scene {
     Scene::new(g, vec![material], &[Light::Environment { radiance: Rgb::ONE }], camera)
 }
 
-/// Where a true sphere is bright, so is a coarse one: no black crescent where the camera, or a mirror's image, lies between the
-/// horizons of both normals.
+/// Where a true sphere is bright, so is a coarse one: no black crescent where the camera, or a mirror's image, lies
+/// between the horizons of both normals.
 #[test]
 fn a_coarse_ball_has_no_black_crescents() {
     let darkest = |image: &Film| image.pixels.iter().map(|p| p.min_element()).fold(f32::INFINITY, f32::min);
@@ -157,7 +157,8 @@ fn an_invisible_pane_has_no_rim() {
     }
 }
 
-/// A room of coarse balls and a steep normal map, one of every kind of lobe, so that N_s and N_g are far apart all over.
+/// A room of coarse balls and a steep normal map, one of every kind of lobe, so that N_s and N_g are far apart all
+/// over.
 fn tilted_room(sensor: Sensor) -> Scene {
     let gloss =
         |metallic, alpha| Bsdf::MetallicRoughness(MetallicRoughness::new(Rgb::new(0.9, 0.8, 0.6), metallic, alpha));

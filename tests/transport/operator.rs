@@ -1,11 +1,12 @@
 //! The lecture's operators, discretised: L = L_e + K L, K = R∘T, L = Σ K^i L_e = (I − K)⁻¹ L_e.
 //!
-//! Oracle: radiosity in a box of diffuse walls, a matrix of exact configuration factors (Howell C-12, C-15) and a dense solve, which
-//! knows no path, no density and no weight (lecture 14, *Linear operators* to *Successive approximations*).
-//! It would catch a bounce counted twice, left out or weighed wrongly even where other bounces make up for it in the sum, and a ray
-//! that does not lead back where it came from.
+//! Oracle: radiosity in a box of diffuse walls, a matrix of exact configuration factors (Howell C-12, C-15) and a dense
+//! solve, which knows no path, no density and no weight (lecture 14, *Linear operators* to *Successive
+//! approximations*). It would catch a bounce counted twice, left out or weighed wrongly even where other bounces make
+//! up for it in the sum, and a ray that does not lead back where it came from.
 //!
-//! The matrix is exact but for taking radiance as constant over a patch: two resolutions say how much that is, and it is allowed for.
+//! The matrix is exact but for taking radiance as constant over a patch: two resolutions say how much that is, and it
+//! is allowed for.
 
 use glam::{DVec3, Vec3};
 use pathspace::{
@@ -229,8 +230,8 @@ fn room(wall: usize) -> Scene {
     Scene::new(g, materials, &[], Camera::orthographic(Vec3::ZERO, forward, axis.any_orthonormal_vector(), 2.0, sensor))
 }
 
-/// K^i L_e on the quarters of each wall, for i = 0 … , from small patches. The slack is by how much patches twice as large differ: the
-/// error of the smaller ones is less if it falls at least linearly with their size.
+/// K^i L_e on the quarters of each wall, for i = 0 … , from small patches. The slack is by how much patches twice as
+/// large differ: the error of the smaller ones is less if it falls at least linearly with their size.
 fn terms(count: usize) -> Vec<[[Expectation; 4]; 6]> {
     let of = |n: usize| {
         let patches = Patches::new(n);
@@ -280,7 +281,8 @@ fn integrators_find_each_power_of_k() {
     }
 }
 
-/// R∘T by rays: K f at points of a patch, with T f(p, ω) = f(tr(p, ω)) asked of the scene and R as a mean over directions.
+/// R∘T by rays: K f at points of a patch, with T f(p, ω) = f(tr(p, ω)) asked of the scene and R as a mean over
+/// directions.
 #[test]
 fn k_by_rays_is_k_by_configuration_factors() {
     const N: usize = 4;
@@ -367,7 +369,8 @@ fn a_ray_leads_back_to_where_it_came_from() {
             }
         }
         println!(
-            "  {name}: {lost} of {rays} rays do not lead back, {unseen} ends do not see each other and {skimming} are in one plane; \
+            "  {name}: {lost} of {rays} rays do not lead back, {unseen} ends do not see each other and {skimming} are \
+             in one plane; \
              off by {worst:.1e} m across"
         );
         assert!(lost < tolerated && unseen < tolerated, "{name}: {lost} lost, {unseen} unseen");
@@ -378,7 +381,8 @@ fn a_ray_leads_back_to_where_it_came_from() {
     }
 }
 
-/// The mean over all directions of a wall's own emission is what T leaves of it: L_i integrates to π L_e where nothing else is seen.
+/// The mean over all directions of a wall's own emission is what T leaves of it: L_i integrates to π L_e where nothing
+/// else is seen.
 #[test]
 fn what_arrives_is_what_left() {
     let scene = scenes::sphere_furnace(0.5, 1.5, scenes::square(8, Filter::Box));

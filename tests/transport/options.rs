@@ -274,8 +274,8 @@ fn the_tree_lowers_the_noise_of_many_lights() {
     assert!(tree < 0.4 * power && tree < 0.4 * uniform, "{uniform} {power} {tree}");
 }
 
-/// 150 bright triangles that shine away to each lamp above a square. A lamp's probability is less than 2⁻²⁴, and the lamps stand where
-/// numbers of 24 bits, or of 23, choose none of them.
+/// 150 bright triangles that shine away to each lamp above a square. A lamp's probability is less than 2⁻²⁴, and the
+/// lamps stand where numbers of 24 bits, or of 23, choose none of them.
 #[test]
 fn lamps_in_a_crowd_light_what_is_below_them() {
     const SIDE: u32 = 64;

@@ -79,8 +79,9 @@ fn bitterlis_cornell_box_is_tungstens() {
     }
 }
 
-/// Tungsten's direct light in Bitterli's version of Veach's plates. Their conductors are approximated in glTF (Schlick's Fresnel, roughness
-/// by its square), so the plates' blocks are only alike; the blocks without a plate agree.
+/// Tungsten's direct light in Bitterli's version of Veach's plates. Their conductors are approximated in glTF
+/// (Schlick's Fresnel, roughness by its square), so the plates' blocks are only alike; the blocks without a plate
+/// agree.
 #[test]
 fn veachs_plates_are_tungstens_but_for_their_metal() {
     let Some(folder) = shared("transport/bitterli/veach-mis") else { return };

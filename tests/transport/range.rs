@@ -1,7 +1,8 @@
-//! The film's range: what an image shows does not depend on how bright a light is that nobody sees, nor on how near one comes.
+//! The film's range: what an image shows does not depend on how bright a light is that nobody sees, nor on how near one
+//! comes.
 //!
-//! Oracles are closed forms. They would catch deposits that are too small for the film's quantum, sums that are too large for a word of it, and a
-//! quantum that follows the wrong light.
+//! Oracles are closed forms. They would catch deposits that are too small for the film's quantum, sums that are too
+//! large for a word of it, and a quantum that follows the wrong light.
 
 use std::sync::Arc;
 

@@ -41,8 +41,9 @@ fn furnace(size: f64, offset: f64, copies: Copies, sensor: Sensor) -> Scene {
     Scene::new(g, vec![wall], &[], camera)
 }
 
-/// 1 + a + a² in a closed room, whatever its size and wherever it stands. Where a room stands so far away that its coordinates
-/// have 1/128 of its size as their smallest step, points on one wall round onto the next; what that loses is bounded.
+/// 1 + a + a² in a closed room, whatever its size and wherever it stands. Where a room stands so far away that its
+/// coordinates have 1/128 of its size as their smallest step, points on one wall round onto the next; what that loses
+/// is bounded.
 #[test]
 fn a_furnace_is_as_bright_at_any_size_and_anywhere() {
     let sensor = scenes::square(8, Filter::Box);
@@ -67,8 +68,8 @@ fn a_furnace_is_as_bright_at_any_size_and_anywhere() {
     }
 }
 
-/// A lamp that a file holds twice, one with another lamp on its back, and one on the back of a black card that comes first in the file:
-/// what rays meet shines, and nothing else. Sampling directions, light area and both find the same.
+/// A lamp that a file holds twice, one with another lamp on its back, and one on the back of a black card that comes
+/// first in the file: what rays meet shines, and nothing else. Sampling directions, light area and both find the same.
 #[test]
 fn a_lamp_that_is_there_twice_shines_once() {
     use IntegratorKind::{Bdpt, Path, PathHemisphere, PathLight};

@@ -23,7 +23,8 @@ use pathspace::{
 pub const FILES: [&str; 6] =
     ["cornell-box", "cornell-spheres", "veach-room", "caustic-ring", "caustic-sphere", "furnace"];
 
-/// The integrators with a low variance wherever surfaces touch: multiple importance sampling tames every strategy of theirs.
+/// The integrators with a low variance wherever surfaces touch: multiple importance sampling tames every strategy of
+/// theirs.
 pub const WEIGHTED: [IntegratorKind; 4] =
     [IntegratorKind::Path, IntegratorKind::Light, IntegratorKind::Hybrid, IntegratorKind::Bdpt];
 
@@ -50,8 +51,8 @@ pub fn quad(geometry: &mut Geometry, corners: [Vec3; 4], material: u32) {
     geometry.add_triangles(&corners, None, &[[0, 1, 2], [0, 2, 3]], MaterialId(material));
 }
 
-/// The inside of the cube [−half, half]³ (its fronts face inwards), each side with the material of the same place in `materials`:
-/// −x, +x, −y, +y, −z, +z.
+/// The inside of the cube [−half, half]³ (its fronts face inwards), each side with the material of the same place in
+/// `materials`: −x, +x, −y, +y, −z, +z.
 pub fn cube_inside(geometry: &mut Geometry, half: f32, materials: [u32; 6]) {
     let v = |x: f32, y: f32, z: f32| half * Vec3::new(x, y, z);
     let sides = [
@@ -135,7 +136,8 @@ pub fn open_zoo(sensor: Sensor) -> Scene {
     Scene::new(g, materials, &others, camera)
 }
 
-/// A diffuse material whose texture's alpha takes several values, among them 0 and 1, and is multiplied by vertex colours.
+/// A diffuse material whose texture's alpha takes several values, among them 0 and 1, and is multiplied by vertex
+/// colours.
 pub fn leafy(name: &str, emission: Rgb) -> Material {
     let texels = [[200, 90, 60, 255], [90, 180, 90, 0], [60, 90, 200, 120], [220, 220, 120, 200]];
     let image = Image::new(2, 2, Texels::U8(texels.as_flattened().to_vec()));
@@ -154,8 +156,8 @@ pub fn leaf(geometry: &mut Geometry, corners: [Vec3; 4], material: u32) {
     geometry.add_triangles_with(&corners, None, &attributes, &[[0, 1, 2], [0, 2, 3]], MaterialId(material));
 }
 
-/// A room of surfaces that are there in part: before the camera, before the lights, between all else and across each other;
-/// of one of every material, among them a lamp and glass, and masked ones that are there wholly or not at all.
+/// A room of surfaces that are there in part: before the camera, before the lights, between all else and across each
+/// other; of one of every material, among them a lamp and glass, and masked ones that are there wholly or not at all.
 pub fn veiled(sensor: Sensor) -> Scene {
     let blend = |material: Material, factor| material.covering(Coverage::Blend { factor });
     let mask = |material: Material, factor| material.covering(Coverage::Mask { factor, cutoff: 0.5 });
@@ -234,8 +236,8 @@ pub fn sphere_furnace(albedo: f32, radiance: f32, sensor: Sensor) -> Scene {
     Scene::new(g, vec![wall], &[], camera)
 }
 
-/// A room open to the sky, in which the first integrators of the lecture have a low variance: most walks end in light, its lamp
-/// is large and touches nothing. Every kind of material is there, deltas beside continuous parts among them.
+/// A room open to the sky, in which the first integrators of the lecture have a low variance: most walks end in light,
+/// its lamp is large and touches nothing. Every kind of material is there, deltas beside continuous parts among them.
 pub fn courtyard(others: &[Light], sensor: Sensor) -> Scene {
     let materials = vec![
         Material::diffuse("white", Rgb::new(0.7, 0.72, 0.68)),

@@ -1,7 +1,7 @@
-//! Strategy by strategy: every (s,t) by itself, unweighted, estimates the same integral over the paths that another could have
-//! found as well (Veach 1997, section 10.2). Its source is the definition of F alone: no weight takes part.
-//! It would catch what weights hide: a density or a prefix wrong on one side only, a normal or an η² that depends on the direction
-//! of travel, emission sampled with another density than is divided by.
+//! Strategy by strategy: every (s,t) by itself, unweighted, estimates the same integral over the paths that another
+//! could have found as well (Veach 1997, section 10.2). Its source is the definition of F alone: no weight takes part.
+//! It would catch what weights hide: a density or a prefix wrong on one side only, a normal or an η² that depends on
+//! the direction of travel, emission sampled with another density than is divided by.
 
 use std::{sync::Mutex, time::Instant};
 
@@ -23,8 +23,8 @@ use crate::{
 
 /// s + t ≤ 6.
 const LONGEST: usize = 5;
-/// Shorter edges are left out on all sides: unweighted connections have an infinite variance where surfaces come close, for
-/// ∫G² diverges. The functional is F·1[every edge ≥ this].
+/// Shorter edges are left out on all sides: unweighted connections have an infinite variance where surfaces come close,
+/// for ∫G² diverges. The functional is F·1[every edge ≥ this].
 const SHORTEST_EDGE: f32 = 0.25;
 const REPLICATES: u64 = 32;
 /// The probability that right strategies fail in any of all comparisons.
@@ -34,8 +34,8 @@ const VISIBLE: f64 = 0.03;
 /// Of the pairs of all lengths, in all scenes.
 const PAIRS: f64 = 7.0 * 35.0;
 
-/// Whether `strategy` could have found the path, from which of its vertices are delta and where its light is; a test holds it to the
-/// definition's densities.
+/// Whether `strategy` could have found the path, from which of its vertices are delta and where its light is; a test
+/// holds it to the definition's densities.
 pub fn supports(path: &JoinedPath, strategy: Strategy) -> bool {
     let Strategy { s, t } = strategy;
     let n = path.edges();
@@ -57,7 +57,8 @@ fn grazes(path: &JoinedPath) -> bool {
     (0..path.edges()).map(|i| Edge::between(&point(i), &point(i + 1))).any(|e| e.cos_a.min(e.cos_b) < 1e-4)
 }
 
-/// One replicate: `found[n][s][s']` is the mean image of strategy s, on paths of n edges that s' supports; `total[n]` bdpt's.
+/// One replicate: `found[n][s][s']` is the mean image of strategy s, on paths of n edges that s' supports; `total[n]`
+/// bdpt's.
 #[derive(Clone, Copy, Default)]
 struct Tally {
     found: [[[f64; LONGEST + 1]; LONGEST + 1]; LONGEST + 1],

@@ -45,8 +45,8 @@ fn tinted() -> Texture {
     Texture { wrap: [Wrap::Mirror, Wrap::Repeat], ..Texture::new(image(4, color), Encoding::Srgb) }
 }
 
-/// Two triangles a, b, c and a, c, d with texture coordinates from (0, 0) to (`repeat`, `repeat`), tangents from a to b, and
-/// colours.
+/// Two triangles a, b, c and a, c, d with texture coordinates from (0, 0) to (`repeat`, `repeat`), tangents from a to
+/// b, and colours.
 pub fn quad(geometry: &mut Geometry, corners: [Vec3; 4], repeat: f32, material: u32) {
     let uv = [Vec2::ZERO, Vec2::X, Vec2::ONE, Vec2::Y].map(|uv| uv * repeat);
     let tangent = (corners[1] - corners[0]).normalize().extend(-1.0);
@@ -94,7 +94,8 @@ pub fn smooth_octahedron(sensor: Sensor) -> Scene {
     Scene::new(g, materials, &[], camera)
 }
 
-/// A room in which everything varies: tints, roughness and metal, normals, vertex colours, and the light of its ceiling.
+/// A room in which everything varies: tints, roughness and metal, normals, vertex colours, and the light of its
+/// ceiling.
 pub fn textured_room(sensor: Sensor) -> Scene {
     let mut tint = Maps::new(Parameters { base_color: Rgb::splat(0.9), ..Parameters::LAMBERT });
     tint.base_color = Some(tinted());

@@ -107,7 +107,8 @@ fn the_other_integrators_leave_the_same_background_out() {
             let pixels =
                 image.pixels.iter().enumerate().map(|(i, p)| *p + sky.as_ref().map_or(Rgb::ZERO, |sky| sky[i]));
             let mut regions = regions(&Image { pixels: pixels.collect(), ..image });
-            // The lowest tiles show the sky through slivers, which light tracing meets less than once in a replicate: no t-test.
+            // The lowest tiles show the sky through slivers, which light tracing meets less than once in a replicate:
+            // no t-test.
             regions.truncate(3 + 12);
             regions
         });

@@ -38,12 +38,20 @@ pub struct ConvergeArgs {
     #[command(flatten)]
     scene: SceneArgs,
 
-    /// The page to write, .html; all numbers go beside it as .json and .csv [default: SCENE-converge.html in the working directory]
+    /// The page to write, .html; all numbers go beside it as .json and .csv [default: SCENE-converge.html in the
+    /// working directory]
     #[arg(short, long, value_name = "PAGE")]
     output: Option<PathBuf>,
 
     /// Integrators to measure
-    #[arg(short, long, value_name = "NAME,…", value_delimiter = ',', default_value = "path,light,bdpt", value_parser = values::comparable())]
+    #[arg(
+        short,
+        long,
+        value_name = "NAME,…",
+        value_delimiter = ',',
+        default_value = "path,light,bdpt",
+        value_parser = values::comparable()
+    )]
     integrators: Vec<IntegratorKind>,
 
     /// Time of each integrator (30s, 5m, 2h) [default: 20s]

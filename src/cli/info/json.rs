@@ -58,7 +58,8 @@ pub fn describe(loaded: &Loaded) -> Value {
     })
 }
 
-/// Radiance and absorption are linear RGB, per steradian and square metre or nit, and per metre; textures are those that are read.
+/// Radiance and absorption are linear RGB, per steradian and square metre or nit, and per metre; textures are those
+/// that are read.
 fn material(material: &Material) -> Value {
     let maps = material.maps.as_ref();
     let slots: [(&str, Option<&Texture>); 7] = [

@@ -22,7 +22,8 @@ use crate::cli::{
 };
 
 // A constant and no comment: rustdoc takes brackets for links.
-const PRESET: &str = "A choice of paths: direct light alone (direct: --max-depth 2), or with what mirrors and glass show of it \
+const PRESET: &str = "A choice of paths: direct light alone (direct: --max-depth 2), or with what mirrors and glass \
+    show of it \
     (whitted: --paths 'CS*[DG]?L')";
 const PATHS: &str =
     "Only the paths that a light path expression holds for, as with --layer: 'C.*[DG]S+L' renders caustics alone";
@@ -54,8 +55,8 @@ pub struct RenderArgs {
     #[arg(long, value_name = "TIME", conflicts_with = "spp", value_parser = values::duration)]
     pub time: Option<Duration>,
 
-    /// Stop as soon as the relative noise of 95 % of the image's tiles is below this (5%, 0.05), which is looked at after 16, 32, 64, …
-    /// samples per pixel; --spp is then the most there may be [default then: 65536]
+    /// Stop as soon as the relative noise of 95 % of the image's tiles is below this (5%, 0.05), which is looked at
+    /// after 16, 32, 64, … samples per pixel; --spp is then the most there may be [default then: 65536]
     #[arg(long, value_name = "X", conflicts_with_all = ["time", "shard"], value_parser = values::noise)]
     pub noise: Option<f64>,
 
@@ -72,7 +73,13 @@ pub struct RenderArgs {
     #[arg(long, value_name = "NAME", value_parser = values::preset(), help = PRESET)]
     pub preset: Option<Preset>,
 
-    #[arg(long = "paths", value_name = "EXPR", value_parser = Expression::parse, conflicts_with = "preset", help = PATHS)]
+    #[arg(
+        long = "paths",
+        value_name = "EXPR",
+        value_parser = Expression::parse,
+        conflicts_with = "preset",
+        help = PATHS
+    )]
     pub kept: Option<Expression>,
 
     /// Samples of the lights at each vertex of a camera path [default: 1]
@@ -87,22 +94,28 @@ pub struct RenderArgs {
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1024))]
     pub light_paths: Option<u32>,
 
-    /// Connect each vertex of a camera path to so many vertices of light paths, chosen among those of all pixels nearby [default: to each
-    /// of its own pixel's]
+    /// Connect each vertex of a camera path to so many vertices of light paths, chosen among those of all pixels nearby
+    /// [default: to each of its own pixel's]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1024))]
     pub light_vertices: Option<u32>,
 
     /// So many rays at the first surface of each kind that the integrator has: --light-samples N and --splits N
-    #[arg(long, value_name = "N", conflicts_with_all = ["light_samples", "splits"], value_parser = clap::value_parser!(u32).range(1..=1024))]
+    #[arg(
+        long,
+        value_name = "N",
+        conflicts_with_all = ["light_samples", "splits"],
+        value_parser = clap::value_parser!(u32).range(1..=1024)
+    )]
     pub rays: Option<u32>,
 
-    /// Russian roulette before the rays of connections: what would contribute less than T is ended with the probability P, such as
-    /// 0.1,50%. T is in units of what all surfaces would show if the lights' power were spread evenly over them [default: off]
+    /// Russian roulette before the rays of connections: what would contribute less than T is ended with the probability
+    /// P, such as 0.1,50%. T is in units of what all surfaces would show if the lights' power were spread evenly over
+    /// them [default: off]
     #[arg(long, value_name = "T,P", allow_hyphen_values = true, value_parser = values::connection_roulette)]
     pub connection_roulette: Option<RelativeRoulette>,
 
-    /// Random numbers: independent of each other, or evenly distributed over a pixel's samples (sobol) [default: sobol; independent
-    /// with -i light]
+    /// Random numbers: independent of each other, or evenly distributed over a pixel's samples (sobol) [default: sobol;
+    /// independent with -i light]
     #[arg(long, value_name = "NAME", value_parser = values::sampler())]
     pub sampler: Option<SamplerKind>,
 
@@ -144,8 +157,8 @@ pub struct RenderArgs {
     #[command(flatten)]
     pub part: PartArgs,
 
-    /// Show progress as a bar or lines, whatever suits (auto), as lines (plain), as a JSON object a line on standard output (json),
-    /// or not at all (none)
+    /// Show progress as a bar or lines, whatever suits (auto), as lines (plain), as a JSON object a line on standard
+    /// output (json), or not at all (none)
     #[arg(long, value_name = "STYLE", default_value = "auto", value_parser = values::progress())]
     pub progress: Style,
 
@@ -164,8 +177,8 @@ pub struct RenderArgs {
 /// Renders that are stopped, continued or shared among machines.
 #[derive(Debug, clap::Args)]
 pub struct PartArgs {
-    /// Keep the exact state of the render in this .exr file, to --resume from: now and then, and at the end [default: none, but
-    /// Ctrl-C and SIGTERM finish the pass and write OUT.checkpoint.exr; a second one stops at once]
+    /// Keep the exact state of the render in this .exr file, to --resume from: now and then, and at the end [default:
+    /// none, but Ctrl-C and SIGTERM finish the pass and write OUT.checkpoint.exr; a second one stops at once]
     #[arg(long, value_name = "FILE")]
     pub checkpoint: Option<PathBuf>,
 
@@ -173,8 +186,8 @@ pub struct PartArgs {
     #[arg(long, value_name = "TIME", default_value = "60s", requires = "checkpoint", value_parser = values::duration)]
     pub checkpoint_every: Duration,
 
-    /// Go on from a checkpoint of the same scene and settings, also to more samples; the image is the same as if nothing had
-    /// happened
+    /// Go on from a checkpoint of the same scene and settings, also to more samples; the image is the same as if
+    /// nothing had happened
     #[arg(long, value_name = "FILE")]
     pub resume: Option<PathBuf>,
 

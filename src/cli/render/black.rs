@@ -36,7 +36,8 @@ impl Black<'_> {
             let lost =
                 if statistics.rays.visibility == 0 { "met a surface in the image" } else { "reached the camera" };
             format!(
-                "no path from the lights {lost}, and they spread over a scene {size:.0} m across: -i path walks from the camera"
+                "no path from the lights {lost}, and they spread over a scene {size:.0} m across: -i path walks from \
+                 the camera"
             )
         } else if settings.max_depth < 2 {
             "the camera sees no light directly, and --max-depth 1 leaves out what lights illuminate".to_owned()

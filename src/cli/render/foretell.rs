@@ -25,14 +25,16 @@ pub fn foretell(job: &Job<'_>, scene: &Scene, max_depth: u32, terminal: Terminal
             specular > 0.0,
             Gap::SpecularSeen,
             format!(
-                "mirrors and glass that the camera sees, about {by_percent:.1} % of the image, will be black: {integrator} \
+                "mirrors and glass that the camera sees, about {by_percent:.1} % of the image, will be black: \
+                 {integrator} \
                  follows no path from the camera, and a mirror reflects a given connection with probability zero"
             ),
         ),
         (
             is_background && scene.camera.is_orthographic(),
             Gap::ParallelBackground,
-            "the environment behind the scene will not be seen: light from it arrives along an orthographic camera's one \
+            "the environment behind the scene will not be seen: light from it arrives along an orthographic camera's \
+             one \
              direction with probability zero"
                 .to_owned(),
         ),
@@ -57,7 +59,8 @@ pub fn foretell(job: &Job<'_>, scene: &Scene, max_depth: u32, terminal: Terminal
     if back_faces > 0.0 {
         let behind = 100.0 * back_faces;
         terminal.say(format_args!(
-            "note: about {behind:.1} % of the image shows back faces of single-sided materials, which glTF's rasterizers cull \
+            "note: about {behind:.1} % of the image shows back faces of single-sided materials, which glTF's \
+             rasterizers cull \
              (--cull-backfaces hides them)"
         ));
     }
@@ -71,7 +74,8 @@ pub fn foretell(job: &Job<'_>, scene: &Scene, max_depth: u32, terminal: Terminal
     if settings.integrator.lands_anywhere() && settings.crop != Crop::full(*sensor) {
         let part = 100.0 * settings.crop.pixels() as f64 / f64::from(sensor.pixels());
         terminal.say(format_args!(
-            "note: the crop is {part:.1} % of the image, but all of its light paths are traced, since any may land there"
+            "note: the crop is {part:.1} % of the image, but all of its light paths are traced, since any may land \
+             there"
         ));
     }
 }

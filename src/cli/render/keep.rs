@@ -71,8 +71,8 @@ impl<'a> Keeper<'a> {
         }
     }
 
-    /// Writes a checkpoint if there is to be one, and the last one is old enough. A disk that is full now may have room later: the
-    /// render goes on, and the file there stays as it was.
+    /// Writes a checkpoint if there is to be one, and the last one is old enough. A disk that is full now may have room
+    /// later: the render goes on, and the file there stays as it was.
     pub fn after_pass(&mut self, renderer: &Renderer<'_>, terminal: Terminal) {
         let Some(path) = self.path.as_ref().filter(|_| self.last.elapsed() >= self.every) else { return };
         if let Err(failure) = self.write(path, renderer) {

@@ -94,7 +94,8 @@ pub fn run(args: &RenderArgs) -> Result<Exit, Failure> {
     let of_a_thread = settings.light_subpath_memory();
     if of_a_thread > MOST_LIGHT_SUBPATHS {
         return Err(Failure::usage(format!(
-            "--light-vertices would keep {} MB of light paths for each thread: fewer --light-paths, or a lower --max-depth",
+            "--light-vertices would keep {} MB of light paths for each thread: fewer --light-paths, or a lower \
+             --max-depth",
             of_a_thread >> 20
         )));
     }

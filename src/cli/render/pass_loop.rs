@@ -1,4 +1,5 @@
-//! The loop of `pathspace render`: passes until the goal or an interruption, with progress and checkpoints between them.
+//! The loop of `pathspace render`: passes until the goal or an interruption, with progress and checkpoints between
+//! them.
 
 use std::{fmt, time::Instant};
 
@@ -38,8 +39,8 @@ impl Quality {
         Self { below, found: None }
     }
 
-    /// Looks at the noise after these passes. Only powers of two are looked at, so that the answer depends neither on threads nor on
-    /// interruptions, and that a lucky moment is not waited for.
+    /// Looks at the noise after these passes. Only powers of two are looked at, so that the answer depends neither on
+    /// threads nor on interruptions, and that a lucky moment is not waited for.
     fn look(&mut self, film: &Film, passes: u32) {
         if passes >= Self::FIRST && passes.is_power_of_two() {
             self.found = film.tile_noise(passes);

@@ -11,8 +11,8 @@ use tev_client::{PacketCreateImage, PacketUpdateImage, TevClient};
 
 use crate::cli::shared::terminal::Terminal;
 
-/// A viewer that is shown the image now and then. It is company, not an output: one that is not there, or goes away, is a warning, and
-/// the render goes on.
+/// A viewer that is shown the image now and then. It is company, not an output: one that is not there, or goes away, is
+/// a warning, and the render goes on.
 pub struct Viewer {
     client: Option<TevClient>,
     /// What the viewer calls the image.
@@ -30,7 +30,8 @@ impl Viewer {
     /// Of one packet, whose length has 32 bits.
     const PIXELS: usize = 1 << 20;
 
-    /// The viewer at `address`, HOST:PORT, for an image called `name`; nobody if there is no address, or nobody answers.
+    /// The viewer at `address`, HOST:PORT, for an image called `name`; nobody if there is no address, or nobody
+    /// answers.
     pub fn connect(address: Option<&str>, name: String, terminal: Terminal) -> Self {
         let client = address.and_then(|address| match connect(address) {
             Ok(client) => Some(client),

@@ -50,17 +50,18 @@ pub struct SceneArgs {
     #[arg(long, value_name = "METRES", allow_negative_numbers = true, value_parser = values::not_negative)]
     pub aperture: Option<f32>,
 
-    /// The distance along the viewing axis at which a lens is sharp, in metres [default: what the file says; with --look-at the
-    /// target]
+    /// The distance along the viewing axis at which a lens is sharp, in metres [default: what the file says; with
+    /// --look-at the target]
     #[arg(long, value_name = "METRES", allow_negative_numbers = true, value_parser = values::positive)]
     pub focus: Option<f32>,
 
-    /// How much time building the tree over the scene may take: little, for previews of large scenes (fast), or what makes rays
-    /// fastest (best). The image does not depend on it
+    /// How much time building the tree over the scene may take: little, for previews of large scenes (fast), or what
+    /// makes rays fastest (best). The image does not depend on it
     #[arg(long, value_name = "EFFORT", default_value = BuildEffort::default().name(), value_parser = values::effort())]
     pub build: BuildEffort,
 
-    /// Hide the back faces of single-sided materials from the camera, as rasterizers do; mirrors, light and shadows still meet them
+    /// Hide the back faces of single-sided materials from the camera, as rasterizers do; mirrors, light and shadows
+    /// still meet them
     #[arg(long)]
     pub cull_backfaces: bool,
 
@@ -74,8 +75,8 @@ pub struct SceneArgs {
 /// What a scene file may ask for.
 #[derive(Debug, clap::Args)]
 pub struct LoadArgs {
-    /// Refuse files that have more of something: file-bytes, texels, environment-texels, vertices (of an accessor), zeros (without
-    /// data), triangles, instances or depth (of nodes); may be given several times, N like 1000 or 64M
+    /// Refuse files that have more of something: file-bytes, texels, environment-texels, vertices (of an accessor),
+    /// zeros (without data), triangles, instances or depth (of nodes); may be given several times, N like 1000 or 64M
     #[arg(long = "limit", value_name = "NAME=N", value_parser = values::limit)]
     limits: Vec<(&'static str, u64)>,
 
@@ -153,14 +154,15 @@ pub struct PathArgs {
     #[arg(long, value_name = "N", default_value_t = 16, value_parser = clap::value_parser!(u32).range(1..=255))]
     pub max_depth: u32,
 
-    /// Russian roulette from this number of edges on, or 'off': by what a step keeps (reflectance:DEPTH, or DEPTH alone), or by what the path
-    /// has kept so far (throughput:DEPTH) [default: 2 where light paths are connected as well, else 4; verify: 4]
+    /// Russian roulette from this number of edges on, or 'off': by what a step keeps (reflectance:DEPTH, or DEPTH
+    /// alone), or by what the path has kept so far (throughput:DEPTH) [default: 2 where light paths are connected as
+    /// well, else 4; verify: 4]
     #[arg(long, value_name = "off|DEPTH", value_parser = values::roulette)]
     pub roulette: Option<Roulette>,
 
-    /// Which lights a vertex of a camera path samples: each of them (all), or one, uniformly, by kind and power, or by what each could send
-    /// there (tree); -i area: points of emitters by area (uniform) or power [default: tree where there are more than two lights with a
-    /// place, else power]
+    /// Which lights a vertex of a camera path samples: each of them (all), or one, uniformly, by kind and power, or by
+    /// what each could send there (tree); -i area: points of emitters by area (uniform) or power [default: tree where
+    /// there are more than two lights with a place, else power]
     #[arg(long, value_name = "CHOICE", value_parser = values::lights())]
     pub lights: Option<LightChoice>,
 

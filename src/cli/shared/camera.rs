@@ -18,7 +18,8 @@ const DEFAULT_ASPECT: f32 = 4.0 / 3.0;
 const DEFAULT_YFOV: f32 = 45.0_f32.to_radians();
 const LARGEST_SIDE: f32 = 32_768.0;
 
-/// The camera that the options ask for, or the file's first, or one that frames the whole scene; with the lens of the options.
+/// The camera that the options ask for, or the file's first, or one that frames the whole scene; with the lens of the
+/// options.
 pub fn choose(args: &SceneArgs, loaded: &Loaded, terminal: Terminal) -> Result<NamedCamera, Failure> {
     let camera = view(args, loaded, terminal)?;
     let target = args.look_at.map(|look_at| look_at.eye.distance(look_at.target) as f32);
@@ -66,7 +67,8 @@ struct Lens {
 }
 
 impl Lens {
-    /// `camera` with this lens; what the options leave open is what the file says, and the focus then `target`, a distance.
+    /// `camera` with this lens; what the options leave open is what the file says, and the focus then `target`, a
+    /// distance.
     fn put_on(self, camera: NamedCamera, target: Option<f32>) -> Result<NamedCamera, String> {
         let Self { aperture, focus } = self;
         if aperture.is_none() && focus.is_none() {
@@ -125,8 +127,9 @@ fn looking_at(look_at: LookAt, centre: DVec3, instead_of: Option<&NamedCamera>) 
     }
 }
 
-/// A camera that sees the whole bounds in a three-quarter view: from the front (+z, as glTF defines it), 35° to the right of it and 25°
-/// above, so that it looks along no side of a box and sees a flat model of any orientation from one of its faces.
+/// A camera that sees the whole bounds in a three-quarter view: from the front (+z, as glTF defines it), 35° to the
+/// right of it and 25° above, so that it looks along no side of a box and sees a flat model of any orientation from one
+/// of its faces.
 ///
 /// It stands where the corners of the bounds just fit into a square image's middle nine tenths.
 fn framing(bounds: Option<Bounds>) -> NamedCamera {

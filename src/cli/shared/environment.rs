@@ -15,8 +15,8 @@ pub const NEUTRAL: Rgb = Rgb::ONE;
 
 #[derive(Debug, clap::Args)]
 pub struct EnvironmentArgs {
-    /// Environment map around the scene, equirectangular, .hdr or .exr: +y up, +x in the middle, +z to its right [default: none;
-    /// radiance 1 from everywhere if the scene has no light at all]
+    /// Environment map around the scene, equirectangular, .hdr or .exr: +y up, +x in the middle, +z to its right
+    /// [default: none; radiance 1 from everywhere if the scene has no light at all]
     #[arg(long, value_name = "FILE", conflicts_with = "env_color")]
     env: Option<PathBuf>,
 
@@ -77,7 +77,8 @@ pub fn choose(
         return Ok(Environment { light: None, recorded: None });
     }
     terminal.say(format_args!(
-        "note: the scene has no light, so an environment of radiance {} lights it (--env or --env-color choose another)",
+        "note: the scene has no light, so an environment of radiance {} lights it (--env or --env-color choose \
+         another)",
         NEUTRAL.x * scale
     ));
     constant(NEUTRAL * scale)

@@ -34,8 +34,8 @@ pub struct Job<'a> {
     pub environment: Option<String>,
 }
 
-/// What changes pixels, by its name in the header, whatever the number of samples: two renders for which this is the same, and
-/// the size, are parts of one.
+/// What changes pixels, by its name in the header, whatever the number of samples: two renders for which this is the
+/// same, and the size, are parts of one.
 pub fn settings(job: &Job<'_>) -> BTreeMap<String, String> {
     let settings = job.settings;
     let camera = job.camera;

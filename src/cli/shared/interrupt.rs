@@ -19,8 +19,8 @@ use crate::cli::shared::{exit::Exit, terminal::Terminal};
 
 /// Whether the person, or the system, has asked the program to end.
 ///
-/// Signals are handled however they were set before: a shell starts what a script puts into the background with SIGINT ignored,
-/// and a render there is to end well, too.
+/// Signals are handled however they were set before: a shell starts what a script puts into the background with SIGINT
+/// ignored, and a render there is to end well, too.
 pub struct Interrupt {
     /// The latest signal's number, 0 before there was one.
     signal: Arc<AtomicUsize>,
@@ -47,8 +47,8 @@ impl Interrupt {
         Ok(this)
     }
 
-    /// From now on there is something to lose: the next signal asks, and the one after it ends the program. Where the end of the
-    /// pass keeps a person waiting, a line says that.
+    /// From now on there is something to lose: the next signal asks, and the one after it ends the program. Where the
+    /// end of the pass keeps a person waiting, a line says that.
     pub fn spare(&self, terminal: Terminal) {
         self.at_once.store(false, SeqCst);
         let (signal, settled) = (self.signal.clone(), self.settled.clone());

@@ -28,8 +28,10 @@ pub struct LayerArgs {
 }
 
 // A constant and no comment: rustdoc takes brackets for links.
-const LAYER: &str = "A layer of the paths that a light path expression holds for, as channels NAME.R, NAME.G and NAME.B of the \
-    .exr file: C camera, D diffuse, G glossy, S specular, R reflected, T transmitted, L light, '.' anything, <TS'glass'> at a \
+const LAYER: &str = "A layer of the paths that a light path expression holds for, as channels NAME.R, NAME.G and \
+    NAME.B of the \
+    .exr file: C camera, D diffuse, G glossy, S specular, R reflected, T transmitted, L light, '.' anything, \
+    <TS'glass'> at a \
     material, <L sun> of a kind (surface, point, spot, sun, sky), [DG], [^S], *, +, ?, {n,m}, |, (…). Such as \
     caustics='C.*[DG]S+L'";
 

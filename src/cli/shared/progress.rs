@@ -32,8 +32,8 @@ impl Goal {
         fraction.clamp(0.0, 1.0)
     }
 
-    /// Whether no further pass is to be made after `passes`, of which `resumed` were there before this run. Under a time, at least
-    /// one is made, and one more if at least half of it fits.
+    /// Whether no further pass is to be made after `passes`, of which `resumed` were there before this run. Under a
+    /// time, at least one is made, and one more if at least half of it fits.
     pub fn is_reached(self, passes: u32, resumed: u32, elapsed: Duration) -> bool {
         match self {
             Self::Passes(all) => passes >= all,

@@ -43,8 +43,8 @@ pub struct Shard {
 }
 
 impl Shard {
-    /// Its part of so many passes. The parts of all shards are as equal as can be, and some are empty if there are more of them
-    /// than passes.
+    /// Its part of so many passes. The parts of all shards are as equal as can be, and some are empty if there are more
+    /// of them than passes.
     pub fn passes(self, whole: u32) -> Range<u32> {
         let end = |shards: u32| (u64::from(whole) * u64::from(shards) / u64::from(self.count)) as u32;
         end(self.index - 1)..end(self.index)

@@ -35,8 +35,8 @@ pub struct VerifyArgs {
     #[command(flatten)]
     scene: SceneArgs,
 
-    /// Folder for images, difference, p-value map and verify.json; made if it is not there [default: SCENE-verify in the
-    /// working directory]
+    /// Folder for images, difference, p-value map and verify.json; made if it is not there [default: SCENE-verify in
+    /// the working directory]
     #[arg(short, long, value_name = "FOLDER")]
     output: Option<PathBuf>,
 
@@ -60,7 +60,13 @@ pub struct VerifyArgs {
     spp: Option<u32>,
 
     /// The bias that has to be visible for the answer 'agree', as a part of the image's mean
-    #[arg(long, value_name = "PERCENT", default_value = "2%", allow_hyphen_values = true, value_parser = values::percentage)]
+    #[arg(
+        long,
+        value_name = "PERCENT",
+        default_value = "2%",
+        allow_hyphen_values = true,
+        value_parser = values::percentage
+    )]
     bias: f64,
 
     #[command(flatten)]

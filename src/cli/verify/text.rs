@@ -97,7 +97,8 @@ fn disagreement(report: &Report) -> Vec<String> {
     let (brighter, darker) = if worst.difference > 0.0 { (a, b) } else { (b, a) };
     let paths = worst.scope.name();
     let mut said = vec![format!(
-        "disagree: in '{paths}', {brighter} is brighter than {darker} by {difference} of the image (p = {p}, confirmed with fresh \
+        "disagree: in '{paths}', {brighter} is brighter than {darker} by {difference} of the image (p = {p}, confirmed \
+         with fresh \
          seeds); {} of {} comparisons disagree",
         rows.len(),
         report.rows.len()

@@ -68,8 +68,8 @@ pub struct Contents {
 }
 
 impl Contents {
-    /// What the sums take in a file, and again while they are read or written, in bytes: without a table of those that are out of the
-    /// common.
+    /// What the sums take in a file, and again while they are read or written, in bytes: without a table of those that
+    /// are out of the common.
     pub fn bytes(&self, pixels: u64) -> u64 {
         let light = 3 * 6 * (1 + self.layers.len() as u64);
         let words = light + if self.transparent { 4 } else { 0 };

@@ -206,7 +206,8 @@ fn the_same_sums_are_the_same_file_of_integers() {
 fn damage_is_noticed_wherever_it_is() {
     let whole = bytes(0..2);
     assert!(add(&whole).is_ok());
-    // Every byte of the header, and some of the sums. An attribute of another program's may change unnoticed; no sum may.
+    // Every byte of the header, and some of the sums. An attribute of another program's may change unnoticed; no sum
+    // may.
     let wide = open(&whole).unwrap().entries as usize;
     let header_end = whole.len() - 35 * (4 + 3 * 18) * 4 - (wide * 12).div_ceil(35) * 35 * 4;
     let places = (0..header_end).chain((header_end..whole.len()).step_by(37));

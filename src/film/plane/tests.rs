@@ -100,7 +100,8 @@ proptest! {
 
 #[test]
 fn carries_of_either_sign_spill() {
-    // The largest deposits that a word takes, and then fine ones: 2⁶¹ quanta, and 2⁵⁵ fine units of which 2⁸ fill a word.
+    // The largest deposits that a word takes, and then fine ones: 2⁶¹ quanta, and 2⁵⁵ fine units of which 2⁸ fill a
+    // word.
     for (value, times) in [(2.0_f32.powi(61), 100), (2.0_f32.powi(23) - 0.5, 2000)] {
         for sign in [1.0, -1.0] {
             let plane = plane(0);

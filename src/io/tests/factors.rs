@@ -107,7 +107,8 @@ const SLOTS: [Slot; 9] = [
 /// Materials of every kind, all of them emitting something.
 fn materials() -> Vec<Value> {
     let base = json!({
-        "pbrMetallicRoughness": { "baseColorFactor": [0.9, 0.8, 0.7, 1.0], "metallicFactor": 0.0, "roughnessFactor": 0.4 },
+        "pbrMetallicRoughness":
+            { "baseColorFactor": [0.9, 0.8, 0.7, 1.0], "metallicFactor": 0.0, "roughnessFactor": 0.4 },
         "emissiveFactor": [0.2, 0.3, 0.4],
         "extensions": { "KHR_materials_emissive_strength": { "emissiveStrength": 3.0 } },
     });

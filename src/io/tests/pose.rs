@@ -106,8 +106,8 @@ fn skins_stand_where_their_joints_are() {
     for document in &cases {
         let loaded = load(document).unwrap();
         assert!(loaded.warnings.is_empty(), "{:?}", loaded.warnings);
-        // (0, 0, 0) → (0, 0, 5). (1, 0, 0) is the second joint's origin → (1, 0, 5). (0, 1, 0) → the mean of (0, 1, 5) and,
-        // half a turn about the second joint, (2, 1, 5).
+        // (0, 0, 0) → (0, 0, 5). (1, 0, 0) is the second joint's origin → (1, 0, 5). (0, 1, 0) → the mean of (0, 1, 5)
+        // and, half a turn about the second joint, (2, 1, 5).
         let b = loaded.geometry.bounds().unwrap();
         assert!((b.min - Vec3::new(0., 0., 5.)).length() < 1e-5, "{b:?}");
         assert!((b.max - Vec3::new(1., 1., 5.)).length() < 1e-5, "{b:?}");

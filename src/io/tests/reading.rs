@@ -259,7 +259,8 @@ fn alpha_modes_become_coverage() {
 #[test]
 fn lights_and_cameras_stand_in_world_space() {
     let mut document = triangle();
-    document["nodes"] = json!([{ "children": [1, 2], "translation": [0, 5, 0], "rotation": [1, 0, 0, 0], "scale": [3, 3, 3] },
+    document["nodes"] = json!([
+        { "children": [1, 2], "translation": [0, 5, 0], "rotation": [1, 0, 0, 0], "scale": [3, 3, 3] },
         { "camera": 0, "translation": [1, 0, 0] },
         { "extensions": { "KHR_lights_punctual": { "light": 0 } } }]);
     document["cameras"] =
@@ -298,7 +299,10 @@ fn lenses_and_orthographic_films_are_in_metres_of_the_world() {
     let camera = json!({ "type": "perspective", "perspective": { "yfov": 1.0, "znear": 0.1 }, "extensions": lens });
     let lens = Some(ThinLens { aperture: 0.05, focus: 2.0 });
     assert_eq!(seen(camera), (View::Perspective { yfov: 1.0, lens }, None, vec![]));
-    let film = |x: f64, y: f64| json!({ "type": "orthographic", "orthographic": { "xmag": x, "ymag": y, "znear": 0, "zfar": 9 } });
+    let film = |x: f64, y: f64| {
+        let orthographic = json!({ "xmag": x, "ymag": y, "znear": 0, "zfar": 9 });
+        json!({ "type": "orthographic", "orthographic": orthographic })
+    };
     assert_eq!(seen(film(3.0, 2.0)), (View::Orthographic { height: 4.0 }, Some(1.5), vec![]));
     let (view, aspect, warnings) = seen(film(-3.0, 2.0));
     assert_eq!((view, aspect), (View::Orthographic { height: 4.0 }, Some(1.5)));

@@ -124,7 +124,8 @@ fn the_map_is_the_defined_one() {
     }
 }
 
-/// What a delta lobe's coefficients say of a mirror: radiance is kept, and the reverse density has the Jacobian of the whole way.
+/// What a delta lobe's coefficients say of a mirror: radiance is kept, and the reverse density has the Jacobian of the
+/// whole way.
 #[test]
 fn a_mirror_keeps_radiance_and_inverts_its_map() {
     let mirror = vertex(Bsdf::MetallicRoughness(MetallicRoughness::metal(Rgb::ONE, 0.0)), 40.0);

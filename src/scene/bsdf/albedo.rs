@@ -1,22 +1,25 @@
 //! How much light a rough interface sends on after one scattering, by direction: what its compensation has to replace.
 //!
-//! A GGX facet whose reflected or refracted light meets another facet loses it in the single-scattering model (Heitz 2014), two
-//! thirds of all light at α = 1. The albedos of that model are known here, as tables that the test `write_the_tables` computes:
+//! A GGX facet whose reflected or refracted light meets another facet loses it in the single-scattering model (Heitz
+//! 2014), two thirds of all light at α = 1. The albedos of that model are known here, as tables that the test
+//! `write_the_tables` computes:
 //!
-//! * one Schlick interface has E(μ) = F0·A(μ) + F90·B(μ), linear in F0 and F90, so that two tables over (μ, α) serve all of them;
+//! * one Schlick interface has E(μ) = F0·A(μ) + F90·B(μ), linear in F0 and F90, so that two tables over (μ, α) serve
+//!   all of them;
 //! * a boundary that refracts has a third parameter, η across it, and one table for either side.
 //!
-//! The tables hold 1 − E, scaled by what makes it nearly linear in the coordinates below, and the averages 2∫(1 − E)μ dμ of what they
-//! interpolate, so that furnaces close up to the tables' own errors: 0.0008 for Schlick's interfaces, and for boundaries 0.002 from the
-//! thin side and 0.003 from the dense one, for α from 1e-3 to 1 and all η; averages add at most 0.001 (`tests`).
+//! The tables hold 1 − E, scaled by what makes it nearly linear in the coordinates below, and the averages 2∫(1 − E)μ
+//! dμ of what they interpolate, so that furnaces close up to the tables' own errors: 0.0008 for Schlick's interfaces,
+//! and for boundaries 0.002 from the thin side and 0.003 from the dense one, for α from 1e-3 to 1 and all η; averages
+//! add at most 0.001 (`tests`).
 
 #[cfg(test)]
 mod tests;
 
 use super::{fresnel, microfacet::SMOOTH_ALPHA};
 
-/// Where the light of a reflecting interface goes whose facets reflect everything, seen from one direction or averaged over all.
-/// The three add up to 1.
+/// Where the light of a reflecting interface goes whose facets reflect everything, seen from one direction or averaged
+/// over all. The three add up to 1.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Split {
     /// A: what is reflected at once for each unit of F0.
@@ -50,7 +53,8 @@ impl Split {
     }
 }
 
-/// 1 − E of a rough boundary that reflects and refracts, from the direction of cosine `cos`; `eta` is η across over η on its side.
+/// 1 − E of a rough boundary that reflects and refracts, from the direction of cosine `cos`; `eta` is η across over η
+/// on its side.
 #[inline]
 pub(super) fn boundary_missing(cos: f32, alpha: f32, eta: f32) -> f32 {
     TABLES.boundary(cos, alpha, eta)
@@ -62,8 +66,8 @@ pub(super) fn boundary_missing_average(alpha: f32, eta: f32) -> f32 {
     TABLES.average_boundary(alpha, eta)
 }
 
-/// Numbers of entries: (μ, α) for Schlick's interfaces, (μ, α, η) for boundaries from the thin and from the dense side, where lies the
-/// critical angle.
+/// Numbers of entries: (μ, α) for Schlick's interfaces, (μ, α, η) for boundaries from the thin and from the dense side,
+/// where lies the critical angle.
 const SPLIT: [usize; 2] = [64, 40];
 const BOUNDARY: [[usize; 3]; 2] = [[40, 20, 48], [56, 28, 76]];
 /// And of averages, over α and over (α, η), with some between any two rows of the tables; over η, like them.
@@ -110,16 +114,16 @@ fn knee(alpha: f32) -> f32 {
     0.1 * alpha / (0.1 + alpha)
 }
 
-/// Mostly √(μ(1 + k)/(μ + k)), k the knee, where shadowing sets in, which so stays at the same place for all small α. The rest is even in μ,
-/// for the critical angle.
+/// Mostly √(μ(1 + k)/(μ + k)), k the knee, where shadowing sets in, which so stays at the same place for all small α.
+/// The rest is even in μ, for the critical angle.
 #[inline]
 fn direction_coordinate(cos: f32, alpha: f32) -> f32 {
     let k = knee(alpha);
     0.7 * (cos * (1.0 + k) / (cos + k)).sqrt() + 0.3 * cos
 }
 
-/// Partly roughness, √α, and partly its root, so that the albedos of smooth interfaces, which go as α², do not grow too much from row to row;
-/// as a fraction of its range.
+/// Partly roughness, √α, and partly its root, so that the albedos of smooth interfaces, which go as α², do not grow too
+/// much from row to row; as a fraction of its range.
 #[inline]
 fn roughness_coordinate(roughness: f32) -> f32 {
     0.4 * (roughness - LEAST_ROUGHNESS) / (1.0 - LEAST_ROUGHNESS)
@@ -132,15 +136,16 @@ fn bend(eta: f32) -> f32 {
     ((eta - 1.0).abs() / (eta + 1.0)).sqrt()
 }
 
-/// Mostly q(1 + k)/(q + k), k the knee: where the boundary bends light by less than its slopes do, the albedo depends on their ratio. The
-/// rest is even in q.
+/// Mostly q(1 + k)/(q + k), k the knee: where the boundary bends light by less than its slopes do, the albedo depends
+/// on their ratio. The rest is even in q.
 #[inline]
 fn index_coordinate(q: f32, alpha: f32) -> f32 {
     let k = knee(alpha);
     0.7 * q * (1.0 + k) / (q + k) + 0.3 * q
 }
 
-/// At least 1 − E of any boundary of a row's roughness, so that entries resolve the small ones of nearly smooth boundaries.
+/// At least 1 − E of any boundary of a row's roughness, so that entries resolve the small ones of nearly smooth
+/// boundaries.
 #[inline]
 fn boundary_range(row: usize) -> f32 {
     [0.22, 0.36, 0.55, 0.8, 1.0][row.min(4)]

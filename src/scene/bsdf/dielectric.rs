@@ -11,12 +11,12 @@ use super::{
 };
 use crate::math::Rgb;
 
-/// A dielectric boundary: index 1 outside (z > 0), `ior` inside. To the fraction `transmission` it is clear, with exact Fresnel
-/// reflection, and to the rest plastic, which scatters what enters it diffusely back to the side it came from.
+/// A dielectric boundary: index 1 outside (z > 0), `ior` inside. To the fraction `transmission` it is clear, with exact
+/// Fresnel reflection, and to the rest plastic, which scatters what enters it diffusely back to the side it came from.
 ///
 /// Smooth, it has `Delta(0)`, the reflection, and `Delta(1)`, the refraction; rough, it is that of Walter et al. 2007,
-/// *Microfacet Models for Refraction through Rough Surfaces*, with visible normals (Heitz 2014), and what meets a second facet is
-/// scattered to both sides (Kulla & Conty 2017), so that clear glass loses nothing.
+/// *Microfacet Models for Refraction through Rough Surfaces*, with visible normals (Heitz 2014), and what meets a
+/// second facet is scattered to both sides (Kulla & Conty 2017), so that clear glass loses nothing.
 #[derive(Clone, Copy, Debug)]
 pub struct Dielectric {
     /// The tint of refraction and of the diffuse remainder, in [0, 1] per channel.
@@ -74,8 +74,9 @@ impl Dielectric {
 
     /// What is known of the rough clear boundary before any direction is; nothing where there is none.
     ///
-    /// Of the light between facets, the fraction c (1 − F_avg) M' crosses, M' the mean of what is missing on the other side: as
-    /// η² (1 − F_avg) is the same from both sides, so is η² M c (1 − F_avg) M', as reciprocity asks. c makes the larger of M and M' one.
+    /// Of the light between facets, the fraction c (1 − F_avg) M' crosses, M' the mean of what is missing on the other
+    /// side: as η² (1 − F_avg) is the same from both sides, so is η² M c (1 − F_avg) M', as reciprocity asks. c makes
+    /// the larger of M and M' one.
     #[inline]
     fn between(&self) -> Option<[Between; 2]> {
         if self.is_smooth() || self.transmission == 0.0 {
@@ -189,7 +190,8 @@ impl Dielectric {
             Scatter::delta(Rgb::splat(surface.reflectance(f, cos_camera)), to_light, p, p, 1.0)
         } else {
             let f = fresnel::dielectric_pair(cos_camera, cos_light, self.eta_across(to_camera));
-            // F from both cosines is the same at both ends to the last bit, and so are the probabilities of clear glass.
+            // F from both cosines is the same at both ends to the last bit, and so are the probabilities of clear
+            // glass.
             let p = |w: Vec3| self.facet_probability(surface, w, f) * surface.transmission_probability(f, w.z.abs());
             // Radiance scales with η² (Veach 5.2); so does dω cos, by the differential of Snell's law.
             let eta = self.relative_ior(to_camera, to_light);

@@ -1,4 +1,5 @@
-//! Which distribution a walk takes its directions from (lecture, *directional sampling*): the BSDF's own, or none in particular.
+//! Which distribution a walk takes its directions from (lecture, *directional sampling*): the BSDF's own, or none in
+//! particular.
 
 use std::f32::consts::FRAC_1_PI;
 
@@ -60,8 +61,8 @@ impl Bsdf {
         if known.z.abs() < GRAZING {
             return None;
         }
-        // Which lobe is left to the BSDF, and of a delta the direction too. It uses `u.z` alone to tell deltas from the rest,
-        // and whether its own continuous sample comes to anything does not matter here.
+        // Which lobe is left to the BSDF, and of a delta the direction too. It uses `u.z` alone to tell deltas from the
+        // rest, and whether its own continuous sample comes to anything does not matter here.
         if self.delta_count() > 0
             && let Some(sample) = self.sample(known, transport, u)
             && sample.lobe != Lobe::Continuous

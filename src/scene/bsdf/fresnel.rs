@@ -46,8 +46,8 @@ pub(super) fn dielectric(cos: f32, eta: f32) -> f32 {
     dielectric_pair(cos, refracted_cos(cos, eta), eta)
 }
 
-/// [`dielectric`] averaged over the cosine-weighted hemisphere, to 0.006 for η from 1/4 to 4: from the thin side the fit of Kulla & Conty
-/// 2017, and from the dense side by the symmetry of η² (1 − F_avg).
+/// [`dielectric`] averaged over the cosine-weighted hemisphere, to 0.006 for η from 1/4 to 4: from the thin side the
+/// fit of Kulla & Conty 2017, and from the dense side by the symmetry of η² (1 − F_avg).
 #[inline]
 pub(super) fn mean_dielectric(eta: f32) -> f32 {
     let fit = |eta: f32| (eta - 1.0) / (4.08567 + 1.00071 * eta);

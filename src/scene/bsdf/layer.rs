@@ -42,7 +42,8 @@ impl Coat {
         self.f0 * split.normal + self.f90 * split.grazing
     }
 
-    /// 1 − E, what the base gets, towards the direction of `split` or on average. Every term is positive, so that nothing cancels.
+    /// 1 − E, what the base gets, towards the direction of `split` or on average. Every term is positive, so that
+    /// nothing cancels.
     #[inline]
     pub fn passed(self, split: Split, multiple: f32) -> f32 {
         (1.0 - self.f0) * split.normal + (1.0 - self.f90) * split.grazing + (1.0 - multiple) * split.missing
@@ -58,15 +59,16 @@ pub(super) fn mean_reflectance(f0: f32, f90: f32) -> f32 {
 /// Mean of Schlick's weight (1 − cos θ)⁵ over the cosine-weighted hemisphere.
 pub(super) const MEAN_SCHLICK_WEIGHT: f32 = 1.0 / 21.0;
 
-/// F_ms = F² E₁/(1 − F(1 − E₁)), averages all: the part of the light that meets a second facet which is reflected by it and by as many
-/// more as it takes to get out (Kulla & Conty 2017, *Revisiting Physically Based Shading at Imageworks*). 1 for F = 1.
+/// F_ms = F² E₁/(1 − F(1 − E₁)), averages all: the part of the light that meets a second facet which is reflected by it
+/// and by as many more as it takes to get out (Kulla & Conty 2017, *Revisiting Physically Based Shading at
+/// Imageworks*). 1 for F = 1.
 #[inline]
 pub(super) fn multiple(fresnel: f32, e1: f32) -> f32 {
     fresnel * fresnel * e1 / (1.0 - fresnel * (1.0 - e1))
 }
 
-/// f of a lobe c·a(camera)·a(light) whose albedo towards a direction is c·a, `average` being a's cosine-weighted mean, 1/sr
-/// (Kelemen & Szirmay-Kalos 2001): a product, hence reciprocal. What is nothing everywhere has no lobe.
+/// f of a lobe c·a(camera)·a(light) whose albedo towards a direction is c·a, `average` being a's cosine-weighted mean,
+/// 1/sr (Kelemen & Szirmay-Kalos 2001): a product, hence reciprocal. What is nothing everywhere has no lobe.
 #[inline]
 pub(super) fn product_lobe(camera: f32, light: f32, average: f32) -> f32 {
     if average > 0.0 { camera * (light / average) * FRAC_1_PI } else { 0.0 }
@@ -74,7 +76,8 @@ pub(super) fn product_lobe(camera: f32, light: f32, average: f32) -> f32 {
 
 /// Ways of sampling the direction across from `known`, weighted by about how much light each finds.
 ///
-/// Weights that follow the light make a lobe that is hardly ever chosen one that hardly matters, so that the 24 bits that choose suffice.
+/// Weights that follow the light make a lobe that is hardly ever chosen one that hardly matters, so that the 24 bits
+/// that choose suffice.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Ways {
     /// By facets, which are for others to sample.
@@ -106,7 +109,8 @@ impl Ways {
         Grazing::new(alpha).sample(if returns { known } else { -known }, u.truncate())
     }
 
-    /// The density of [`Self::sample`] for `w` on the same side as the known direction or the other, 1/sr, with the probability of the way.
+    /// The density of [`Self::sample`] for `w` on the same side as the known direction or the other, 1/sr, with the
+    /// probability of the way.
     #[inline]
     pub fn pdf(&self, same_side: bool, w: Vec3, grazing: Grazing) -> f32 {
         let total = self.facets + self.base + self.back + self.across;
@@ -135,8 +139,9 @@ pub(super) fn smooth_lobe(
     }
 }
 
-/// Directions with density μ/(π L (μ² + α²)), L = ln(1 + 1/α²): about as light leaves after several facets, of which there is
-/// μ (1 − E₁(μ)) ∝ α²/μ above μ ≈ α. For small α it is at the horizon, where the cosine would hardly ever look.
+/// Directions with density μ/(π L (μ² + α²)), L = ln(1 + 1/α²): about as light leaves after several facets, of which
+/// there is μ (1 − E₁(μ)) ∝ α²/μ above μ ≈ α. For small α it is at the horizon, where the cosine would hardly ever
+/// look.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Grazing {
     square: f32,

@@ -14,8 +14,9 @@ use crate::math::Rgb;
 
 /// A GGX reflection over a Lambertian base, (1 − m)·dielectric + m·metal, the same from both sides.
 ///
-/// Either interface is compensated for the light that meets a second facet, and the dielectric's base gets what its interface does
-/// not reflect: a white surface reflects everything, at every roughness and angle (DESIGN.md, *Nothing is lost between facets*).
+/// Either interface is compensated for the light that meets a second facet, and the dielectric's base gets what its
+/// interface does not reflect: a white surface reflects everything, at every roughness and angle (DESIGN.md, *Nothing
+/// is lost between facets*).
 ///
 /// With `metallic` = 0 and `dielectric_f0` = `dielectric_f90` = 0 it is Lambert's law. Source: glTF 2.0, appendix B.
 #[derive(Clone, Copy, Debug)]
@@ -93,8 +94,8 @@ impl MetallicRoughness {
         }
         let split = Split::towards(w.z.abs(), self.alpha);
         let passed = self.coat().passed(split, hemisphere.coat_multiple);
-        // A rough lobe sees facets at all angles, and must not be left to cosines where the macroscopic surface reflects nothing
-        // (f0 = 0, normal incidence).
+        // A rough lobe sees facets at all angles, and must not be left to cosines where the macroscopic surface
+        // reflects nothing (f0 = 0, normal incidence).
         let grazing =
             if self.is_smooth() { split.grazing } else { split.grazing.max(self.alpha * MEAN_SCHLICK_WEIGHT) };
         let ways = Ways {
@@ -126,7 +127,8 @@ impl MetallicRoughness {
         self.metallic > 0.0 || self.dielectric_f90 > 0.0 || self.dielectric_f0.max_element() > 0.0
     }
 
-    /// The diffuse lobe, and the rough specular one with all that leaves after several facets, of two directions on one side.
+    /// The diffuse lobe, and the rough specular one with all that leaves after several facets, of two directions on one
+    /// side.
     #[inline]
     fn lobes(&self, to_camera: Vec3, to_light: Vec3) -> (Scatter, Scatter) {
         let hemisphere = self.hemisphere();

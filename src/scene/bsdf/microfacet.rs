@@ -13,8 +13,8 @@ use crate::{math::Rgb, sampling::PdfSolidAngle};
 
 /// Below this α a lobe counts as a delta.
 ///
-/// A half vector is known to a few 1e-7 in f32, so D of a lobe narrower than this would be noise in its third digit; and
-/// at α = 1e-3 (glTF roughness 0.03) a lobe already spans 0.1°, less than a pixel or the sun.
+/// A half vector is known to a few 1e-7 in f32, so D of a lobe narrower than this would be noise in its third digit;
+/// and at α = 1e-3 (glTF roughness 0.03) a lobe already spans 0.1°, less than a pixel or the sun.
 pub(super) const SMOOTH_ALPHA: f32 = 1e-3;
 
 /// An isotropic GGX microsurface; `alpha` is the slope's scale, glTF roughness squared, at least [`SMOOTH_ALPHA`].
@@ -84,7 +84,8 @@ impl Ggx {
         if to_camera.z.abs() < GRAZING || to_light.z.abs() < GRAZING {
             return Facet::NONE;
         }
-        // From the length of the sum, the cosine is the same from both ends to the last bit: F is steep where it is small.
+        // From the length of the sum, the cosine is the same from both ends to the last bit: F is steep where it is
+        // small.
         let sum = to_camera + to_light;
         let length = sum.length();
         let (h, cos) = (sum / length, (0.5 * length).min(1.0));
@@ -122,8 +123,8 @@ impl Ggx {
         }
     }
 
-    /// A facet normal on the side of `w`, from those visible from `w`, with density G1(w) |w·h| D(h)/|cos θ_w|:
-    /// a spherical cap in the stretched space (Dupuy & Benyoub 2023, *Sampling Visible GGX Normals with Spherical Caps*).
+    /// A facet normal on the side of `w`, from those visible from `w`, with density G1(w) |w·h| D(h)/|cos θ_w|: a
+    /// spherical cap in the stretched space (Dupuy & Benyoub 2023, *Sampling Visible GGX Normals with Spherical Caps*).
     #[inline]
     pub fn sample_visible(self, w: Vec3, u: Vec2) -> Vec3 {
         let stretched = Vec3::new(self.alpha * w.x, self.alpha * w.y, w.z.abs()).normalize();

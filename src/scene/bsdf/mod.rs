@@ -1,8 +1,8 @@
 //! How surfaces scatter: one enum of BSDFs over one small interface.
 //!
 //! All directions are unit vectors in the *shading frame* (z is N_s) and point away from the surface. A BSDF never asks
-//! which way a path is being built: [`Bsdf::eval`] takes the direction towards the camera and the one towards the light,
-//! and returns the radiance-convention value with *both* densities. Only [`Bsdf::sample`] knows a [`Transport`].
+//! which way a path is being built: [`Bsdf::eval`] takes the direction towards the camera and the one towards the
+//! light, and returns the radiance-convention value with *both* densities. Only [`Bsdf::sample`] knows a [`Transport`].
 
 mod albedo;
 mod dielectric;
@@ -83,11 +83,11 @@ pub enum ScatterEvent {
 
 /// The value of a BSDF for one pair of directions, with the densities of sampling each from the other.
 ///
-/// For [`Lobe::Continuous`] the densities include the probability of choosing the continuous part and of each lobe within it.
-/// For [`Lobe::Delta`] all three are coefficients of one delta with respect to solid angle on the light side:
-/// `f` is reflectance/|cos θ_light| (times (η_camera/η_light)² for refraction), `to_light` is the lobe's probability, and
-/// `to_camera` is its probability from the light side times |dω_light/dω_camera|, which for refraction is
-/// η_camera² |cos θ_camera| / (η_light² |cos θ_light|) and 1 for a mirror.
+/// For [`Lobe::Continuous`] the densities include the probability of choosing the continuous part and of each lobe
+/// within it. For [`Lobe::Delta`] all three are coefficients of one delta with respect to solid angle on the light
+/// side: `f` is reflectance/|cos θ_light| (times (η_camera/η_light)² for refraction), `to_light` is the lobe's
+/// probability, and `to_camera` is its probability from the light side times |dω_light/dω_camera|, which for refraction
+/// is η_camera² |cos θ_camera| / (η_light² |cos θ_light|) and 1 for a mirror.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Scatter {
     /// The BSDF in the radiance convention, 1/sr; no cosine.
@@ -161,8 +161,8 @@ impl BsdfSample {
     }
 }
 
-/// Directions with |cos θ| below this are in the surface's plane to the accuracy of a frame in f32. Deltas and microfacet
-/// lobes, whose value divides by the cosine, do not scatter them.
+/// Directions with |cos θ| below this are in the surface's plane to the accuracy of a frame in f32. Deltas and
+/// microfacet lobes, whose value divides by the cosine, do not scatter them.
 const GRAZING: f32 = 1e-6;
 
 /// The mirror direction of `w` at the surface.
@@ -234,7 +234,8 @@ impl Bsdf {
         self.eval(lobe, frame.to_local(to_camera), frame.to_local(to_light))
     }
 
-    /// [`Self::sample_by`] for a unit world direction at a surface with the unit normal `n`; the sampled one is in world space too.
+    /// [`Self::sample_by`] for a unit world direction at a surface with the unit normal `n`; the sampled one is in
+    /// world space too.
     #[inline(always)]
     pub fn sample_around(
         &self,
@@ -267,8 +268,8 @@ impl Bsdf {
         Some(BsdfSample { direction: frame.to_world(sample.direction).normalize(), ..sample })
     }
 
-    /// The surface's colour, in [0, 1]: the albedo of what is diffuse, the tint of what transmits, the reflectance of a metal seen
-    /// head-on. What denoisers call albedo; no light transport depends on it.
+    /// The surface's colour, in [0, 1]: the albedo of what is diffuse, the tint of what transmits, the reflectance of a
+    /// metal seen head-on. What denoisers call albedo; no light transport depends on it.
     pub fn color(&self) -> Rgb {
         match self {
             Self::Diffuse(b) => b.albedo,
@@ -290,7 +291,8 @@ impl Bsdf {
         dispatch!(self, b => b.delta_count())
     }
 
-    /// The probability, in [0, 1], with which [`Self::sample`] takes the continuous part from `known`; deltas have the rest.
+    /// The probability, in [0, 1], with which [`Self::sample`] takes the continuous part from `known`; deltas have the
+    /// rest.
     #[inline]
     pub fn continuous_probability(&self, known: Vec3) -> f32 {
         dispatch!(self, b => b.continuous_probability(known))

@@ -13,8 +13,9 @@ use super::{
 };
 use crate::math::Rgb;
 
-/// A sheet without thickness, the same from both sides: to the fraction `transmission` a clear one that lets through what the exact
-/// Fresnel reflection of one interface leaves, as the extension has it, and to the rest plastic, which scatters it diffusely back.
+/// A sheet without thickness, the same from both sides: to the fraction `transmission` a clear one that lets through
+/// what the exact Fresnel reflection of one interface leaves, as the extension has it, and to the rest plastic, which
+/// scatters it diffusely back.
 ///
 /// Smooth, it has `Delta(0)`, the reflection, and `Delta(1)`, straight on; rough, the transmitted lobe is the
 /// reflected one mirrored through the surface, and what meets a second facet is scattered to both sides.
@@ -41,7 +42,8 @@ impl ThinDielectric {
         }
     }
 
-    /// The mean split of what facets reflect that reflect everything; nothing is missing where there is no rough clear sheet.
+    /// The mean split of what facets reflect that reflect everything; nothing is missing where there is no rough clear
+    /// sheet.
     #[inline]
     fn average(&self) -> Split {
         Split::average(if self.transmission == 0.0 { 0.0 } else { self.alpha })

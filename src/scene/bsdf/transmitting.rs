@@ -10,8 +10,9 @@ use super::{
 };
 use crate::math::Rgb;
 
-/// glTF's fresnel_mix of an interface over mix(diffuse, btdf, t), which is the mixture of two surfaces: t of a clear boundary, with
-/// exact Fresnel reflectance, and 1 − t of plastic, a [`Coat`] over a Lambertian base. Each keeps all light that is not tinted away.
+/// glTF's fresnel_mix of an interface over mix(diffuse, btdf, t), which is the mixture of two surfaces: t of a clear
+/// boundary, with exact Fresnel reflectance, and 1 − t of plastic, a [`Coat`] over a Lambertian base. Each keeps all
+/// light that is not tinted away.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Transmitting {
     /// The tint of what the base reflects and transmits.
@@ -80,7 +81,8 @@ impl Transmitting {
         self.transmission * fresnel + self.plastic_fraction() * (f0 + (f90 - f0) * fresnel::schlick_weight(cos))
     }
 
-    /// The probability of reflection rather than transmission at such a (micro)surface, the same from both ends of a reflection.
+    /// The probability of reflection rather than transmission at such a (micro)surface, the same from both ends of a
+    /// reflection.
     #[inline]
     pub fn reflection_probability(self, fresnel: f32, cos: f32) -> f32 {
         ratio(self.reflectance(fresnel, cos), (1.0 - fresnel) * self.transmittance().max_element())
@@ -101,7 +103,8 @@ impl Transmitting {
         })
     }
 
-    /// The end in `direction`, where the clear boundary does what `clear` says. The plastic's albedos are looked up only if there is any.
+    /// The end in `direction`, where the clear boundary does what `clear` says. The plastic's albedos are looked up
+    /// only if there is any.
     #[inline]
     pub fn end(self, direction: Vec3, clear: Clear, plastic: Option<Plastic>) -> End {
         let passed = self.transmittance().max_element();
@@ -119,7 +122,8 @@ impl Transmitting {
         };
         if let Some(Plastic { multiple, .. }) = plastic {
             let split = Split::towards(direction.z.abs(), self.alpha);
-            // A rough lobe sees facets at all angles, and must not be left to cosines where the macroscopic surface reflects nothing.
+            // A rough lobe sees facets at all angles, and must not be left to cosines where the macroscopic surface
+            // reflects nothing.
             let grazing = split.grazing.max(self.alpha * MEAN_SCHLICK_WEIGHT);
             end.split = split;
             end.ways.facets += self.plastic_fraction() * self.coat.single(Split { grazing, ..split });
@@ -129,7 +133,8 @@ impl Transmitting {
         end
     }
 
-    /// The diffuse base, with the densities of all that is sampled without facets, and what comes out after several facets on the same side, 1/sr.
+    /// The diffuse base, with the densities of all that is sampled without facets, and what comes out after several
+    /// facets on the same side, 1/sr.
     #[inline]
     pub fn smooth_lobes(self, camera: &End, light: &End, plastic: Option<Plastic>) -> (Scatter, f32) {
         let same_side = camera.direction.z * light.direction.z > 0.0;

@@ -7,8 +7,9 @@
 //! | orthographic | uniform on the film | one direction: δ(ω) |
 //!
 //! Of an orthographic path, the direction of the first edge is what p_0 stands for, as for a sun at the other end: its
-//! density is the coefficient of δ(ω), G is V|cos θ_1|, and the density of p_1 is |cos θ_1|/A_film. Where on the film such a
-//! path arrives follows from p_1, so it is no variable of its own; `position` of p_0 still says it, for rays and rasters.
+//! density is the coefficient of δ(ω), G is V|cos θ_1|, and the density of p_1 is |cos θ_1|/A_film. Where on the film
+//! such a path arrives follows from p_1, so it is no variable of its own; `position` of p_0 still says it, for rays and
+//! rasters.
 
 mod sensor;
 
@@ -47,8 +48,9 @@ pub struct Seen {
     pub raster: Raster,
     /// W_e without its filter h_j.
     ///
-    /// 1/(A_px A_lens cos⁴ θ), 1/(m² sr), with the film at unit distance and θ the angle to the viewing direction (Veach 8.2); of a
-    /// pinhole 1/(A_px cos⁴ θ), 1/sr, since δ(p_0) replaces 1/A_lens; orthographic 1/A_px, 1/m², with δ(ω).
+    /// 1/(A_px A_lens cos⁴ θ), 1/(m² sr), with the film at unit distance and θ the angle to the viewing direction
+    /// (Veach 8.2); of a pinhole 1/(A_px cos⁴ θ), 1/sr, since δ(p_0) replaces 1/A_lens; orthographic 1/A_px, 1/m², with
+    /// δ(ω).
     pub we: f32,
     /// The density of a camera subpath's first direction, given p_0: uniform over the padded film, 1/(A_film cos³ θ).
     /// Of an orthographic camera 1/A_film, 1/m²: that of the ray's place, see [`PdfSolidAngle`].
@@ -66,8 +68,8 @@ enum Projection {
     Orthographic,
 }
 
-/// The radius below which a lens is a pinhole, metres: W_e of a smaller one may leave what f32 can hold, and nothing would look
-/// different.
+/// The radius below which a lens is a pinhole, metres: W_e of a smaller one may leave what f32 can hold, and nothing
+/// would look different.
 const SMALLEST_LENS: f32 = 1e-9;
 
 impl Camera {
@@ -81,8 +83,8 @@ impl Camera {
         Self::aimed(position, target, up, pixel, sensor, Projection::Pinhole)
     }
 
-    /// An orthographic camera that looks from `position`, the middle of its film, towards `target`. The (unpadded) film is
-    /// `height` metres high; pixels are square. What lies behind the film's plane is not seen.
+    /// An orthographic camera that looks from `position`, the middle of its film, towards `target`. The (unpadded) film
+    /// is `height` metres high; pixels are square. What lies behind the film's plane is not seen.
     ///
     /// # Panics
     /// As [`Camera::look_at`].
@@ -131,8 +133,8 @@ impl Camera {
         (position - self.position).dot(self.forward)
     }
 
-    /// The middle of the lens (or of the orthographic film) as a point of the scene: its normal is the viewing direction,
-    /// its place the lens plane.
+    /// The middle of the lens (or of the orthographic film) as a point of the scene: its normal is the viewing
+    /// direction, its place the lens plane.
     #[inline(always)]
     pub fn lens_point(&self) -> Point {
         self.lens_at(self.position)
@@ -144,7 +146,8 @@ impl Camera {
         matches!(self.projection, Projection::ThinLens { .. })
     }
 
-    /// p_0 of a camera subpath through `raster`, with the density [`Camera::pdf_lens`]. `u` chooses the point of the lens.
+    /// p_0 of a camera subpath through `raster`, with the density [`Camera::pdf_lens`]. `u` chooses the point of the
+    /// lens.
     #[inline(always)]
     pub fn sample_lens(&self, raster: Raster, u: Vec2) -> Point {
         match self.projection {
@@ -157,9 +160,9 @@ impl Camera {
         }
     }
 
-    /// p_0 from which `seen` is to be seen, with the density [`Camera::pdf_lens`]: what a path from the light side is connected
-    /// to. An orthographic camera sees each point from one place alone, and nothing behind its film or at infinity (`None`:
-    /// there, a path from the light arrives with the one right direction with probability zero).
+    /// p_0 from which `seen` is to be seen, with the density [`Camera::pdf_lens`]: what a path from the light side is
+    /// connected to. An orthographic camera sees each point from one place alone, and nothing behind its film or at
+    /// infinity (`None`: there, a path from the light arrives with the one right direction with probability zero).
     #[inline(always)]
     pub fn sample_lens_towards(&self, seen: &Point, u: Vec2) -> Option<Point> {
         match self.projection {
@@ -227,8 +230,8 @@ impl Camera {
         (self.forward + self.right * film.x - self.up * film.y).normalize()
     }
 
-    /// Where the padded image shows what `lens`, a p_0 of this camera, sees in the unit direction `w`, with W_e and the density of a
-    /// walk that goes there; `None` outside it.
+    /// Where the padded image shows what `lens`, a p_0 of this camera, sees in the unit direction `w`, with W_e and the
+    /// density of a walk that goes there; `None` outside it.
     #[inline(always)]
     pub fn look(&self, lens: &Point, w: Vec3) -> Option<Seen> {
         let cos = w.dot(self.forward);

@@ -59,8 +59,8 @@ fn contains(corners: [DVec2; 3], p: DVec2) -> Option<bool> {
     (inside.abs() > 1e-4).then_some(inside > 0.0)
 }
 
-/// The rule, asked of every triangle in two dimensions and in f64: what rays from either side stop on, what is left of sampled points, and
-/// what sees what.
+/// The rule, asked of every triangle in two dimensions and in f64: what rays from either side stop on, what is left of
+/// sampled points, and what sees what.
 #[test]
 fn what_is_there_is_what_asking_every_surface_finds() {
     let mut r = StdRng::seed_from_u64(3);
@@ -312,8 +312,8 @@ fn many_coincident_surfaces_take_little_time() {
     assert!(scene.geometry().has_coincident() && start.elapsed().as_secs_f32() < 5.0, "{:?}", start.elapsed());
 }
 
-/// The camera passes a single-sided back face, alone or with a copy that faces the same way, and none that shares its place with
-/// what it would see.
+/// The camera passes a single-sided back face, alone or with a copy that faces the same way, and none that shares its
+/// place with what it would see.
 #[test]
 fn what_shares_its_place_is_not_culled() {
     let corners = [(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)].map(|(x, y)| Vec3::new(x, y, 2.0));

@@ -5,8 +5,9 @@ use glam::{DMat3, Vec2, Vec3, Vec4};
 /// How many sets of texture coordinates a mesh can have.
 pub const UV_SETS: usize = 4;
 
-/// The attributes of a mesh's vertices. Each list is empty or has one element per vertex; only what the mesh's material reads
-/// needs to be there. Memory per vertex: 8 bytes for each set of texture coordinates, 8 for a colour, 16 for a tangent.
+/// The attributes of a mesh's vertices. Each list is empty or has one element per vertex; only what the mesh's material
+/// reads needs to be there. Memory per vertex: 8 bytes for each set of texture coordinates, 8 for a colour, 16 for a
+/// tangent.
 #[derive(Clone, Debug, Default)]
 pub struct Attributes {
     /// Sets of texture coordinates.
@@ -17,8 +18,8 @@ pub struct Attributes {
     pub tangents: Vec<Vec4>,
 }
 
-/// The axes of a normal texture at a place, in world space. They need be neither unit nor perpendicular: what they weigh is
-/// normalised at the end, as MikkTSpace asks.
+/// The axes of a normal texture at a place, in world space. They need be neither unit nor perpendicular: what they
+/// weigh is normalised at the end, as MikkTSpace asks.
 #[derive(Clone, Copy, Debug)]
 pub struct TangentFrame {
     /// Where u grows.
@@ -37,8 +38,8 @@ pub struct Interpolation<'a> {
     weights: Vec3,
 }
 
-/// The tangent `t` where `m` takes it; zero stays zero. It goes with the surface, but a mirror turns N × T against the image's up,
-/// and so the sign turns.
+/// The tangent `t` where `m` takes it; zero stays zero. It goes with the surface, but a mirror turns N × T against the
+/// image's up, and so the sign turns.
 pub fn moved_tangent(m: DMat3, t: Vec4) -> Vec4 {
     let sign = 1.0_f64.copysign(m.determinant()) as f32;
     (m * t.truncate().as_dvec3()).normalize_or_zero().as_vec3().extend(sign * t.w)
@@ -59,8 +60,8 @@ impl Attributes {
             && self.tangents.iter().all(|t| t.is_finite())
     }
 
-    /// Adds those of a mesh whose first vertex has index `base`. What a mesh lacks is zero, its colour white, and no memory is
-    /// taken for what no mesh has had so far.
+    /// Adds those of a mesh whose first vertex has index `base`. What a mesh lacks is zero, its colour white, and no
+    /// memory is taken for what no mesh has had so far.
     pub(super) fn append(&mut self, base: usize, mesh: &Self) {
         fn put<T: Copy>(all: &mut Vec<T>, base: usize, lacking: T, more: &[T]) {
             if !more.is_empty() {
@@ -112,8 +113,8 @@ impl Interpolation<'_> {
         self.corners(&self.attributes.tangents)
     }
 
-    /// The axes of a normal texture here, from the tangents and normals of the corners; a mesh without normals takes `n_g`.
-    /// `None` where the tangents cancel.
+    /// The axes of a normal texture here, from the tangents and normals of the corners; a mesh without normals takes
+    /// `n_g`. `None` where the tangents cancel.
     pub(super) fn frame(&self, tangents: [Vec4; 3], normals: [Vec3; 3], n_g: Vec3) -> Option<TangentFrame> {
         let [p, q, r] = tangents;
         let tangent = (p * self.weights.x + q * self.weights.y + r * self.weights.z).truncate();

@@ -1,5 +1,5 @@
-//! From primitives to a binary tree. obvhs finds its shape (parallel locally-ordered clustering and reinsertion); the bound on its
-//! depth is ours, and so is everything after: see the module `collapse`.
+//! From primitives to a binary tree. obvhs finds its shape (parallel locally-ordered clustering and reinsertion); the
+//! bound on its depth is ours, and so is everything after: see the module `collapse`.
 
 use std::{collections::HashMap, ops::Range, time::Duration};
 

@@ -68,7 +68,8 @@ impl Primitive {
 #[derive(Clone, Copy, Debug)]
 #[repr(C, align(64))]
 pub(super) struct Node {
-    /// For each axis the lower and the upper planes; of a child that is not there, the upper ones lie below the lower ones.
+    /// For each axis the lower and the upper planes; of a child that is not there, the upper ones lie below the lower
+    /// ones.
     pub planes: [[Lanes; 2]; 3],
     pub children: [Child; WIDTH],
 }
@@ -146,8 +147,8 @@ impl Child {
     }
 }
 
-/// Up to eight triangles side by side: for each axis the coordinates of their first, second and third corners. 320 bytes.
-/// A lane without a triangle has three equal corners, which no ray meets.
+/// Up to eight triangles side by side: for each axis the coordinates of their first, second and third corners. 320
+/// bytes. A lane without a triangle has three equal corners, which no ray meets.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Block {
     corners: [[Lanes; 3]; 3],
@@ -206,8 +207,8 @@ impl Block {
         if first == 0 { [low, high] } else { [high, low] }
     }
 
-    /// `Triangle::intersect` for all lanes, with the same roundings: calls `found` with the index, t and the barycentric coordinates
-    /// of each triangle that the ray meets, and returns the limit that is left.
+    /// `Triangle::intersect` for all lanes, with the same roundings: calls `found` with the index, t and the
+    /// barycentric coordinates of each triangle that the ray meets, and returns the limit that is left.
     #[inline(always)]
     fn intersect<S: Simd>(
         &self,
@@ -307,8 +308,8 @@ impl Tree {
         Self { instructions: Instructions::Portable, ..self }
     }
 
-    /// Visits what the ray meets at `limit` or before. `visit` gets it with the present limit, and returns the new one, which
-    /// must not be larger; −∞ ends the walk.
+    /// Visits what the ray meets at `limit` or before. `visit` gets it with the present limit, and returns the new one,
+    /// which must not be larger; −∞ ends the walk.
     ///
     /// What begins exactly at the limit is visited: it may be an equal hit with a smaller id.
     #[inline]
@@ -391,8 +392,8 @@ impl Tree {
     }
 }
 
-/// A child that is put aside, below the bits of where the ray enters it: of distances that are not negative, the order is that of
-/// their bits.
+/// A child that is put aside, below the bits of where the ray enters it: of distances that are not negative, the order
+/// is that of their bits.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 struct Entry(u64);
 
@@ -437,8 +438,8 @@ impl Stack<'_> {
         Some(unsafe { self.entries.as_ptr().cast::<Entry>().add(self.len).read() })
     }
 
-    /// Puts the entries from `from` on, eight at most, and `last` in order, the nearest last; returns the nearest, which is not
-    /// put aside.
+    /// Puts the entries from `from` on, eight at most, and `last` in order, the nearest last; returns the nearest,
+    /// which is not put aside.
     #[inline(always)]
     fn exchange_sorted(&mut self, from: usize, last: Entry) -> Entry {
         assert!(from <= self.len);

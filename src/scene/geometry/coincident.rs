@@ -1,11 +1,13 @@
-//! Coincident surfaces: faces of different triangles that lie in one plane, closer to each other than their rounding errors, and overlap.
+//! Coincident surfaces: faces of different triangles that lie in one plane, closer to each other than their rounding
+//! errors, and overlap.
 //!
-//! No ray can tell which of them comes first, and roundings would decide another way for rays of another direction. So one rule
-//! says which surface is there: the one of the first [`Rank`]. It is asked at a place, without any direction, so that camera rays, light
-//! paths and sampled points get the same answer.
+//! No ray can tell which of them comes first, and roundings would decide another way for rays of another direction. So
+//! one rule says which surface is there: the one of the first [`Rank`]. It is asked at a place, without any direction,
+//! so that camera rays, light paths and sampled points get the same answer.
 //!
-//! [`Geometry::find_coincident`] finds where triangles overlap, as some boxes for each triangle that has a coincident one. Elsewhere
-//! a place costs a look at these boxes. Within one, a short segment along the triangle's normal finds the others.
+//! [`Geometry::find_coincident`] finds where triangles overlap, as some boxes for each triangle that has a coincident
+//! one. Elsewhere a place costs a look at these boxes. Within one, a short segment along the triangle's normal finds
+//! the others.
 
 mod find;
 
@@ -31,7 +33,8 @@ pub enum Precedence {
 pub struct Role {
     /// Whether it is there rather than others.
     pub precedence: Precedence,
-    /// Whether it bounds a volume. Two such surfaces never hide each other: a hidden boundary would leave its volume open.
+    /// Whether it bounds a volume. Two such surfaces never hide each other: a hidden boundary would leave its volume
+    /// open.
     pub bounds_volume: bool,
 }
 
@@ -51,8 +54,8 @@ pub struct Plane {
 pub(super) struct Coincident {
     /// By material.
     roles: Vec<Role>,
-    /// Where triangles of the world are hidden. Those of instances have several places, and may be hidden everywhere if they are
-    /// somewhere.
+    /// Where triangles of the world are hidden. Those of instances have several places, and may be hidden everywhere if
+    /// they are somewhere.
     world: Hidden,
     /// No two coincident surfaces are further apart, m.
     reach: f32,
@@ -81,11 +84,12 @@ impl Hidden {
     }
 }
 
-/// How far apart the planes of coincident surfaces may be, in units of the larger bound on the error along the normal. A ray's origin is
-/// moved by 9/7 of that at most (the error and two floats: [`super::offset_origin`]), and must not get behind a surface that counts as
-/// another one.
+/// How far apart the planes of coincident surfaces may be, in units of the larger bound on the error along the normal.
+/// A ray's origin is moved by 9/7 of that at most (the error and two floats: [`super::offset_origin`]), and must not
+/// get behind a surface that counts as another one.
 const OFFSET: f32 = 9.0 / 7.0;
-/// What is found coincident when the scene is built stays so wherever it is asked later, whatever is rounded in between.
+/// What is found coincident when the scene is built stays so wherever it is asked later, whatever is rounded in
+/// between.
 const MARGIN: f32 = 1.5;
 /// Planes whose normals differ by more do not coincide, wherever they cross: cos 25°.
 const PARALLEL: f32 = 0.9;
@@ -119,8 +123,8 @@ impl Geometry {
         }
     }
 
-    /// Whether a ray that leaves `left` meets nothing before what it hits first: nothing that coincides comes before that, and it is not in
-    /// the plane that the ray leaves. False also where that takes a closer look.
+    /// Whether a ray that leaves `left` meets nothing before what it hits first: nothing that coincides comes before
+    /// that, and it is not in the plane that the ray leaves. False also where that takes a closer look.
     #[inline(always)]
     pub fn is_met_first(&self, ray: &Ray, left: PrimitiveId, hit: &Hit) -> bool {
         let sharing = self.sharing(hit.primitive);
@@ -141,15 +145,16 @@ impl Geometry {
                 || self.may_be_in_plane(b, ray.t_max - hit.t, ray.direction))
     }
 
-    /// Whether what is so far along a ray in this direction from a place on the triangle `primitive` may be in its plane: false for almost
-    /// all hits.
+    /// Whether what is so far along a ray in this direction from a place on the triangle `primitive` may be in its
+    /// plane: false for almost all hits.
     #[inline(always)]
     fn may_be_in_plane(&self, primitive: PrimitiveId, t: f32, direction: Vec3) -> bool {
         if !self.may_coincide(primitive) {
             return false;
         }
         let reach = self.coincident.as_ref().map_or(0.0, |found| found.reach);
-        // The ray's ends and the hit are each as near to where they are computed as surfaces that coincide are to each other.
+        // The ray's ends and the hit are each as near to where they are computed as surfaces that coincide are to each
+        // other.
         t * self.plane_normal(primitive).dot(direction).abs() <= 4.0 * reach
     }
 
@@ -175,8 +180,8 @@ impl Geometry {
         Rank(self.role(primitive).precedence, primitive)
     }
 
-    /// Calls `visit` with the other surfaces that are at `position` on the triangle `primitive`. They have no distance of their own:
-    /// t is 0.
+    /// Calls `visit` with the other surfaces that are at `position` on the triangle `primitive`. They have no distance
+    /// of their own: t is 0.
     #[inline(never)]
     pub fn coincident_at(&self, primitive: PrimitiveId, position: Vec3, mut visit: impl FnMut(Hit)) {
         let Some(found) = self.coincident.as_ref().filter(|_| self.may_coincide(primitive)) else { return };

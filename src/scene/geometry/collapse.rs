@@ -1,9 +1,9 @@
 //! From a binary tree to a wide one: which of its nodes become children of which, so that rays cost least.
 //!
-//! A ray that meets a box meets one inside it with a probability in proportion to its surface area. So the expected cost of a tree is the
-//! sum of the areas of what is tested, and the best way to put a subtree into k places follows from the best ways of its halves
-//! (Wald, Benthin & Boulos 2008, *Getting Rid of Packets*; Ylitie, Karras & Laine 2017, section 4.2): dynamic programming over
-//! nodes and k.
+//! A ray that meets a box meets one inside it with a probability in proportion to its surface area. So the expected
+//! cost of a tree is the sum of the areas of what is tested, and the best way to put a subtree into k places follows
+//! from the best ways of its halves (Wald, Benthin & Boulos 2008, *Getting Rid of Packets*; Ylitie, Karras & Laine
+//! 2017, section 4.2): dynamic programming over nodes and k.
 
 use super::{
     Bounds,
@@ -21,7 +21,8 @@ const OTHER_COST: f32 = 2.0;
 struct Ways {
     /// The cost in at most 1, 2, … places.
     cost: [f32; WIDTH],
-    /// How many of 2, 3, … places the first half takes; 0: it is best to leave one place out. In one place it stands by itself.
+    /// How many of 2, 3, … places the first half takes; 0: it is best to leave one place out. In one place it stands by
+    /// itself.
     first_half: [u8; WIDTH],
     /// In one place: what it is there.
     alone: Alone,

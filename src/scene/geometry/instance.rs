@@ -25,7 +25,8 @@ impl Placement {
     /// rotation). A direction's rounding in object space grows by this in the world.
     const MAX_CONDITION: f64 = 3000.0;
 
-    /// The largest factor of scale, and the inverse of the smallest: t and the inverse of a direction stay in f32's range.
+    /// The largest factor of scale, and the inverse of the smallest: t and the inverse of a direction stay in f32's
+    /// range.
     const MAX_SCALE: f64 = 1e6;
 
     /// The transformation `to_world`, mirrored or not, uniform or not. `None` if it is not finite, scales by more than
@@ -59,8 +60,8 @@ impl Placement {
     }
 
     /// A bound on what rounding world coordinates of magnitude `world` and object coordinates of magnitude `object` to
-    /// f32 moves a point, per coordinate in world space. Four times what one rounding of each makes, so that points next to
-    /// the given one are covered as well, and the rounding of a segment that ends there.
+    /// f32 moves a point, per coordinate in world space. Four times what one rounding of each makes, so that points
+    /// next to the given one are covered as well, and the rounding of a segment that ends there.
     fn rounding(&self, object: Vec3, world: DVec3) -> DVec3 {
         let m = self.to_world.matrix3;
         let abs = DMat3::from_cols(m.x_axis.abs(), m.y_axis.abs(), m.z_axis.abs());
@@ -108,7 +109,8 @@ impl Instance {
         })
     }
 
-    /// Where the world-space ray is in the instance's box; hits are pulled into it as those of a primitive into its own.
+    /// Where the world-space ray is in the instance's box; hits are pulled into it as those of a primitive into its
+    /// own.
     #[inline]
     pub fn clip(&self, ray: &Prepared) -> Interval {
         ray.clip(self.bounds)

@@ -166,8 +166,8 @@ impl Mesh {
         self.copies[from..].iter().take_while(move |copy| copy.of == index).map(|copy| (copy.material, copy.turned))
     }
 
-    /// Every triangle that was added: its number (of a dropped one, that of its copy), its material, and whether it faces the other way
-    /// than the triangle of that number.
+    /// Every triangle that was added: its number (of a dropped one, that of its copy), its material, and whether it
+    /// faces the other way than the triangle of that number.
     pub(super) fn faces(&self) -> impl Iterator<Item = (u32, MaterialId, bool)> {
         let kept = (0..).zip(&self.triangles).map(|(index, t)| (index, t.material, false));
         kept.chain(self.copies.iter().map(|copy| (copy.of, copy.material, copy.turned)))
@@ -263,8 +263,8 @@ impl Mesh {
 
 const GAMMA_7: f32 = 7.0 * (f32::EPSILON / 2.0) / (1.0 - 7.0 * (f32::EPSILON / 2.0));
 
-/// N_s from the normals of a triangle's corners, on the side of N_g and [lifted] off its horizon; N_g where there are none, or they
-/// have no direction.
+/// N_s from the normals of a triangle's corners, on the side of N_g and [lifted] off its horizon; N_g where there are
+/// none, or they have no direction.
 #[inline(always)]
 pub(super) fn shading_normal(corners: Option<[Vec3; 3]>, b: Vec2, normal: Vec3) -> Vec3 {
     let Some([p, q, r]) = corners else { return normal };

@@ -1,12 +1,12 @@
 //! Triangles and spheres, instances of meshes, the surfaces of all of them, and the rays that meet them.
 //!
 //! Triangle tests are watertight within a mesh and within the world's own triangles, hits at equal distance are decided
-//! by the smaller id, and what a ray hits is the same whatever the tree. Coordinates up to about 1e18 m in magnitude can
-//! be hit.
+//! by the smaller id, and what a ray hits is the same whatever the tree. Coordinates up to about 1e18 m in magnitude
+//! can be hit.
 //!
-//! Memory: a triangle takes 32 bytes, an eighth of a 320-byte block (which is about half full) and its share of a 256-byte node (one
-//! for about twenty triangles); a vertex takes 24 bytes, and more with [`Attributes`]. An instance takes 256 bytes,
-//! 56 bytes in a leaf and its share of a node, whatever its mesh.
+//! Memory: a triangle takes 32 bytes, an eighth of a 320-byte block (which is about half full) and its share of a
+//! 256-byte node (one for about twenty triangles); a vertex takes 24 bytes, and more with [`Attributes`]. An instance
+//! takes 256 bytes, 56 bytes in a leaf and its share of a node, whatever its mesh.
 
 mod attributes;
 mod build;
@@ -49,8 +49,8 @@ use self::{
 use super::material::MaterialId;
 use crate::sampling::warp;
 
-/// Names a primitive of the scene: one in world space, or a triangle of an instance. World-space primitives come first in
-/// the order, by which equal distances are decided; then instances, one after the other.
+/// Names a primitive of the scene: one in world space, or a triangle of an instance. World-space primitives come first
+/// in the order, by which equal distances are decided; then instances, one after the other.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct PrimitiveId {
     /// [`Self::WORLD`], or one more than the instance's number.
@@ -65,7 +65,8 @@ impl PrimitiveId {
 
     const WORLD: u32 = 0;
 
-    /// The world-space primitive of that number: triangles first, then spheres, each in the order in which they were added.
+    /// The world-space primitive of that number: triangles first, then spheres, each in the order in which they were
+    /// added.
     pub const fn world(index: u32) -> Self {
         Self { instance: Self::WORLD, index }
     }
@@ -236,7 +237,8 @@ impl Geometry {
         id
     }
 
-    /// Places a mesh. Its triangles become primitives of their own, named by [`PrimitiveId::of`] this instance's number.
+    /// Places a mesh. Its triangles become primitives of their own, named by [`PrimitiveId::of`] this instance's
+    /// number.
     ///
     /// # Panics
     /// If the mesh's world-space box ([`Self::placed_bounds`]) is not finite. Also after [`Self::build`].
@@ -254,10 +256,10 @@ impl Geometry {
         self.meshes[mesh.0 as usize].bounds.map(|bounds| placement.bounds(bounds))
     }
 
-    /// Drops triangles that no light can tell from others, so that rays, lights and densities know the same ones: of triangles with
-    /// the same corners, in whatever order, those after one of their own material, and those that come, in the order of their
-    /// [`Rank`], after one that is `opaque`; and second instances of a mesh in the same place. Ids change. A mesh's triangles are not
-    /// compared with those of the world.
+    /// Drops triangles that no light can tell from others, so that rays, lights and densities know the same ones: of
+    /// triangles with the same corners, in whatever order, those after one of their own material, and those that come,
+    /// in the order of their [`Rank`], after one that is `opaque`; and second instances of a mesh in the same place.
+    /// Ids change. A mesh's triangles are not compared with those of the world.
     ///
     /// What coincides otherwise is left to [`Self::find_coincident`]; this makes the most common case cost nothing.
     ///
@@ -271,7 +273,8 @@ impl Geometry {
         self.instances.retain(|i| seen.insert((i.mesh, i.placement.to_world().to_cols_array().map(f64::to_bits))));
     }
 
-    /// Sets how much time [`Self::build`] takes; [`BuildEffort::Best`] unless something else is said. No hit depends on it.
+    /// Sets how much time [`Self::build`] takes; [`BuildEffort::Best`] unless something else is said. No hit depends on
+    /// it.
     ///
     /// # Panics
     /// After [`Self::build`].
@@ -365,8 +368,8 @@ impl Geometry {
         }
     }
 
-    /// The triangles that [`Self::drop_copies`] has dropped in favour of this one: the material of each, and whether its front is
-    /// this one's back.
+    /// The triangles that [`Self::drop_copies`] has dropped in favour of this one: the material of each, and whether
+    /// its front is this one's back.
     pub fn copies(&self, primitive: PrimitiveId) -> impl Iterator<Item = (MaterialId, bool)> {
         let mesh = primitive.instance().map_or(&self.world, |number| self.instance(number).1);
         mesh.copies(primitive.index)
@@ -425,7 +428,8 @@ impl Geometry {
         }
     }
 
-    /// The axes of a normal texture there, in world space; `None` without tangents. A mesh without normals takes its N_g.
+    /// The axes of a normal texture there, in world space; `None` without tangents. A mesh without normals takes its
+    /// N_g.
     pub fn tangent_frame(&self, primitive: PrimitiveId, surface: &Surface) -> Option<TangentFrame> {
         let at = self.attributes(primitive, surface.barycentric);
         let tangents = at.tangents()?;

@@ -21,8 +21,8 @@ impl Geometry {
         self.first(ray, skip, |_| true)
     }
 
-    /// The hit that comes next after `hit` along the same ray, in the order of [`Self::closest`]: every surface comes once,
-    /// also where several lie at the same distance; a sphere comes once for each side.
+    /// The hit that comes next after `hit` along the same ray, in the order of [`Self::closest`]: every surface comes
+    /// once, also where several lie at the same distance; a sphere comes once for each side.
     ///
     /// # Panics
     /// If there are primitives, but [`Self::build`] has not been called.
@@ -59,8 +59,8 @@ impl Geometry {
         found
     }
 
-    /// Calls `visit` with everything but the two flat primitives in `skip` that the segment crosses, until it breaks: what
-    /// [`Self::closest_after`] would find one by one, in an order that depends on the geometry alone.
+    /// Calls `visit` with everything but the two flat primitives in `skip` that the segment crosses, until it breaks:
+    /// what [`Self::closest_after`] would find one by one, in an order that depends on the geometry alone.
     ///
     /// # Panics
     /// If there are primitives, but [`Self::build`] has not been called.

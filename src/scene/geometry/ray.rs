@@ -18,9 +18,9 @@ pub struct Ray {
 impl Ray {
     /// The segment between two points, t from 0 to 1.
     ///
-    /// It starts at the point with the smaller coordinates. The difference of the points rounds as the larger coordinates do, so
-    /// it misses the other end by no more than that end's own error allows, and a small thing lit from far away does not
-    /// shadow itself.
+    /// It starts at the point with the smaller coordinates. The difference of the points rounds as the larger
+    /// coordinates do, so it misses the other end by no more than that end's own error allows, and a small thing lit
+    /// from far away does not shadow itself.
     #[inline(always)]
     pub fn between(a: Vec3, b: Vec3) -> Self {
         let (from, to) = if b.abs().max_element() < a.abs().max_element() { (b, a) } else { (a, b) };
@@ -59,8 +59,8 @@ pub(super) struct Interval {
     pub far: f32,
 }
 
-/// A ray ready to be clipped by eight boxes at once. Its functions are called from where the instructions are known to be there, and
-/// have no closures around them: those would be compiled without.
+/// A ray ready to be clipped by eight boxes at once. Its functions are called from where the instructions are known to
+/// be there, and have no closures around them: those would be compiled without.
 #[derive(Clone, Copy)]
 pub(super) struct EightLines<F> {
     origin: [F; 3],
@@ -73,8 +73,8 @@ pub(super) struct EightLines<F> {
 }
 
 impl<F: Copy> EightLines<F> {
-    /// [`Prepared::clip`] with the same roundings, of the boxes whose `planes` the ray passes first and last in each axis: where the ray
-    /// enters and leaves them, and a mask of those that it enters at `limit` or before.
+    /// [`Prepared::clip`] with the same roundings, of the boxes whose `planes` the ray passes first and last in each
+    /// axis: where the ray enters and leaves them, and a mask of those that it enters at `limit` or before.
     #[inline(always)]
     pub fn clip<S: Simd<F = F>>(&self, simd: S, planes: [[F; 2]; 3], limit: f32) -> (F, F, u32) {
         let [[x, x_far], [y, y_far], [z, z_far]] =

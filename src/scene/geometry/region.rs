@@ -76,7 +76,8 @@ pub(super) enum Within {
 }
 
 impl Tree {
-    /// Visits triangles and instances until `visit` breaks: all that have a part in the region, and some whose box has one.
+    /// Visits triangles and instances until `visit` breaks: all that have a part in the region, and some whose box has
+    /// one.
     pub fn within(&self, region: &Region, visit: &mut impl FnMut(Within) -> ControlFlow<()>) -> ControlFlow<()> {
         self.root.map_or(ControlFlow::Continue(()), |root| self.within_child(root, region, visit))
     }

@@ -55,8 +55,8 @@ struct Piece {
 }
 
 impl Geometry {
-    /// The shells of the materials that `wanted` picks. Triangles are joined where their corners are at the same place; those of
-    /// different instances never are.
+    /// The shells of the materials that `wanted` picks. Triangles are joined where their corners are at the same place;
+    /// those of different instances never are.
     pub fn shells(&self, wanted: &impl Fn(MaterialId) -> bool) -> Shells {
         let mut pieces = pieces(&self.world, wanted);
         let spheres = self.spheres.iter().filter(|(sphere, material)| wanted(*material) && sphere.radius > 0.0);

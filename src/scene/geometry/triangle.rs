@@ -71,8 +71,8 @@ impl Triangle {
         p * (1.0 - b.x - b.y) + q * b.x + r * b.y
     }
 
-    /// Where the ray meets the triangle: t > 0 and the barycentric coordinates of the second and third corner. Trees test eight
-    /// triangles at once; this is what they have to find.
+    /// Where the ray meets the triangle: t > 0 and the barycentric coordinates of the second and third corner. Trees
+    /// test eight triangles at once; this is what they have to find.
     ///
     /// Woop, Benthin & Wald 2013, *Watertight Ray/Triangle Intersection*: the corners are sheared so that the ray
     /// becomes the z axis, and the signs of three 2D edge functions decide. An edge function of two corners is the
@@ -100,8 +100,9 @@ impl Triangle {
         Some((t, Vec2::new(edges.y / det, edges.z / det)))
     }
 
-    /// Where a ray that the edge functions let through meets the triangle's plane; `range` is where it is in the triangle's box. In f64, so
-    /// that the side of the plane on which the ray starts is decided without error; few candidates get here.
+    /// Where a ray that the edge functions let through meets the triangle's plane; `range` is where it is in the
+    /// triangle's box. In f64, so that the side of the plane on which the ray starts is decided without error; few
+    /// candidates get here.
     #[inline]
     pub fn distance(&self, ray: &Prepared, range: Interval) -> Option<f32> {
         let n = self.cross();

@@ -11,12 +11,12 @@ use crate::{
     sampling::{Discrete, Remainder, Square, warp},
 };
 
-/// The share of the samples that is uniform in area, wherever the texture is bright: the density is positive wherever anything
-/// is emitted, also where the cells' means do not see it.
+/// The share of the samples that is uniform in area, wherever the texture is bright: the density is positive wherever
+/// anything is emitted, also where the cells' means do not see it.
 const UNIFORM: f32 = 0.1;
 
-/// How finely each of a scene's textured emissive triangles is looked at, so that all of them together take neither long nor
-/// much memory: at most a million cells and 16 million lookups, about a second.
+/// How finely each of a scene's textured emissive triangles is looked at, so that all of them together take neither
+/// long nor much memory: at most a million cells and 16 million lookups, about a second.
 #[derive(Clone, Copy, Debug)]
 pub struct Detail {
     /// The most cells along an edge of a triangle.
@@ -91,8 +91,8 @@ impl EmissionMap {
         self.peak
     }
 
-    /// Barycentric coordinates (of the second and third corner) with density [`EmissionMap::density`]. `rest` is what the choice of the
-    /// triangle has left.
+    /// Barycentric coordinates (of the second and third corner) with density [`EmissionMap::density`]. `rest` is what
+    /// the choice of the triangle has left.
     #[inline]
     pub fn sample(&self, u: Square, rest: Remainder) -> Vec2 {
         let Some(cells) = &self.cells else { return warp::triangle(u.place()) };
@@ -110,7 +110,8 @@ impl EmissionMap {
     }
 }
 
-/// One of the n² congruent triangles: in row j the i-th that stands like the whole, or (`turned`) the one across from its long side.
+/// One of the n² congruent triangles: in row j the i-th that stands like the whole, or (`turned`) the one across from
+/// its long side.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Cell {
     i: u32,
@@ -158,8 +159,8 @@ impl Cell {
     }
 }
 
-/// How many texels long the triangle is in its emission's texture: the square root of twice the area that it takes there, and at
-/// least half its longest side, since a sliver varies along itself too.
+/// How many texels long the triangle is in its emission's texture: the square root of twice the area that it takes
+/// there, and at least half its longest side, since a sliver varies along itself too.
 fn footprint(geometry: &Geometry, primitive: PrimitiveId, maps: &Maps) -> f32 {
     let Some(texture) = &maps.emission else { return 4.0 };
     let (width, height) = texture.image.size();
@@ -304,7 +305,8 @@ mod tests {
         assert!(map_of(&triangle(2, vec![0; 4]), Detail::among(1)).is_none());
         let even = map_of(&triangle(2, vec![51; 4]), Detail::among(1)).unwrap();
         assert!(even.cells.is_none() && (even.mean() - 0.4).abs().max_element() < 1e-5, "{even:?}");
-        // One texel in a million, and a single lookup that misses it: still a light, with a positive density everywhere.
+        // One texel in a million, and a single lookup that misses it: still a light, with a positive density
+        // everywhere.
         let mut texels = vec![0; 1 << 20];
         texels[300 * 1024 + 200] = 255;
         let rare = map_of(&triangle(1024, texels), Detail::among(usize::MAX)).unwrap();

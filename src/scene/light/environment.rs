@@ -13,16 +13,17 @@ use crate::{
 /// An equirectangular map of radiance.
 ///
 /// # Convention
-/// As in Blender and three.js after their glTF import: +y is up, the first row is around +y, the middle of the map shows
-/// what lies towards +x, and to its right comes +z: with u rightwards and v downwards in [0, 1], u = ½ + atan2(z, x)/2π and
-/// v = acos(y)/π. So −z, the direction in which a glTF camera looks, is at u = ¼, and nothing is mirrored. A rotation turns the map about
-/// +y by the right-hand rule: with 90°, what was towards +z comes from +x.
+/// As in Blender and three.js after their glTF import: +y is up, the first row is around +y, the middle of the map
+/// shows what lies towards +x, and to its right comes +z: with u rightwards and v downwards in [0, 1], u = ½ + atan2(z,
+/// x)/2π and v = acos(y)/π. So −z, the direction in which a glTF camera looks, is at u = ¼, and nothing is mirrored. A
+/// rotation turns the map about +y by the right-hand rule: with 90°, what was towards +z comes from +x.
 ///
 /// # Interpolation
-/// Between the texels' centres radiance is bilinear in longitude and in *cos θ* (θ from +y), across the seam as elsewhere, and
-/// constant above the first row of centres and below the last. In these coordinates solid angle is uniform, so directions
-/// can be sampled *exactly* in proportion to the interpolated luminance Y: p(ω) = Y(L(ω)) / ∫Y(L) dω, positive exactly where the
-/// radiance is, and bounded at the poles as well. L/p is then constant for a grey map.
+/// Between the texels' centres radiance is bilinear in longitude and in *cos θ* (θ from +y), across the seam as
+/// elsewhere, and constant above the first row of centres and below the last. In these coordinates solid angle is
+/// uniform, so directions can be sampled *exactly* in proportion to the interpolated luminance Y: p(ω) = Y(L(ω)) /
+/// ∫Y(L) dω, positive exactly where the radiance is, and bounded at the poles as well. L/p is then constant for a grey
+/// map.
 #[derive(Clone, Debug)]
 pub struct EnvironmentMap {
     width: usize,
@@ -139,8 +140,8 @@ impl EnvironmentMap {
         PdfSolidAngle(luminance(self.radiance(w)) * self.inverse_integral)
     }
 
-    /// A unit direction towards the map, in proportion to luminance: a band by the second choice, a cell of it by the first, and a place
-    /// in the cell from what they leave.
+    /// A unit direction towards the map, in proportion to luminance: a band by the second choice, a cell of it by the
+    /// first, and a place in the cell from what they leave.
     #[inline]
     pub fn sample(&self, [x, y]: [Choice; 2]) -> Vec3 {
         let (band, v) = find(&self.bands, y);
@@ -239,7 +240,8 @@ mod tests {
     use super::*;
     use crate::sampling::{Remainder, Square};
 
-    /// A map in which one texel outshines the others by `sun`: they differ by a factor of four, and a row is a hundredth of that.
+    /// A map in which one texel outshines the others by `sun`: they differ by a factor of four, and a row is a
+    /// hundredth of that.
     fn beside(sun: f32) -> EnvironmentMap {
         let (width, height) = (24, 12);
         let mut texels: Vec<_> = (0..width * height)
@@ -304,8 +306,8 @@ mod tests {
         }
     }
 
-    /// 10⁻³⁰ of the light is less than an integer's share. A cell with it has an integer all the same, and a ray that leaves the scene
-    /// there finds what the texel says, with the density that belongs to it.
+    /// 10⁻³⁰ of the light is less than an integer's share. A cell with it has an integer all the same, and a ray that
+    /// leaves the scene there finds what the texel says, with the density that belongs to it.
     #[test]
     fn however_bright_a_sun_is_no_texel_is_black() {
         let (map, even) = (beside(1e30), beside(1.0));

@@ -1,8 +1,8 @@
 //! Lights: L_e, and every density with which a path can start on one or arrive at one.
 //!
-//! A light is an endpoint p_n with two kinds of densities. *Emission* densities (of the position, then of the direction)
-//! belong to strategies that walk from the light, p_{s≥2} and p_{1,1}; the *next-event* density belongs to p_{1,t≥2}
-//! and is conditional on p_{n-1}. Multiple importance sampling needs to know which is which.
+//! A light is an endpoint p_n with two kinds of densities. *Emission* densities (of the position, then of the
+//! direction) belong to strategies that walk from the light, p_{s≥2} and p_{1,1}; the *next-event* density belongs to
+//! p_{1,t≥2} and is conditional on p_{n-1}. Multiple importance sampling needs to know which is which.
 
 mod choice;
 mod emission;
@@ -44,8 +44,8 @@ use crate::{
     sampling::{Choice, Discrete, PdfArea, PdfSolidAngle, Remainder, Square, warp},
 };
 
-/// More than this in any channel is no radiance, intensity or irradiance of a light that is read: integrals of it would come
-/// near the end of what f32 can represent.
+/// More than this in any channel is no radiance, intensity or irradiance of a light that is read: integrals of it would
+/// come near the end of what f32 can represent.
 pub const BRIGHTEST: f32 = 1e30;
 
 /// Where and how a light subpath starts.
@@ -106,13 +106,14 @@ impl Lights {
         result
     }
 
-    /// The sum of the emitted powers' luminances, W or lumen: see [`Light`]; of an infinite light, what falls on the scene's disk.
+    /// The sum of the emitted powers' luminances, W or lumen: see [`Light`]; of an infinite light, what falls on the
+    /// scene's disk.
     pub fn power_of_all(&self) -> f64 {
         self.lights.iter().map(|light| self.power(light)).sum()
     }
 
-    /// The radiance that a sphere around the scene would have if it emitted all that the lights do: Φ/(4π² R²). A scale of what an image
-    /// shows, and all around an environment exactly its radiance; zero without lights.
+    /// The radiance that a sphere around the scene would have if it emitted all that the lights do: Φ/(4π² R²). A scale
+    /// of what an image shows, and all around an environment exactly its radiance; zero without lights.
     pub fn typical_radiance(&self) -> f64 {
         self.power_of_all() / (std::f64::consts::TAU * f64::from(self.radius)).powi(2)
     }
@@ -146,8 +147,9 @@ impl Lights {
         })
     }
 
-    /// The luminance of the emitted power Φ, W or lumen. An infinite light counts what falls on the scene's disk, from every
-    /// direction in which it shines. Zero for a primitive so large that f32 has no number for its area, and so no density.
+    /// The luminance of the emitted power Φ, W or lumen. An infinite light counts what falls on the scene's disk, from
+    /// every direction in which it shines. Zero for a primitive so large that f32 has no number for its area, and so no
+    /// density.
     fn power(&self, light: &Light) -> f64 {
         use std::f64::consts::PI;
         // In f64, since products of what f32 can represent leave it.
@@ -166,8 +168,8 @@ impl Lights {
         }
     }
 
-    /// A radiance that the brightest parts of an image are likely to be near: the largest L_e, and for lights without one
-    /// what a white surface reflects (of a point light, at a hundredth of the scene's radius). Zero without lights.
+    /// A radiance that the brightest parts of an image are likely to be near: the largest L_e, and for lights without
+    /// one what a white surface reflects (of a point light, at a hundredth of the scene's radius). Zero without lights.
     pub fn peak_radiance(&self) -> f32 {
         let near = 0.01 * self.radius;
         self.lights
@@ -237,8 +239,8 @@ impl Lights {
         (pdf > PdfArea::ZERO).then_some((point, pdf))
     }
 
-    /// The density of [`Lights::sample_next_event`] for the light point `point`, given p_{n-1} = `from`. With a sample of each light it
-    /// is the sum over them, and integrates to their number.
+    /// The density of [`Lights::sample_next_event`] for the light point `point`, given p_{n-1} = `from`. With a sample
+    /// of each light it is the sum over them, and integrates to their number.
     #[inline(always)]
     pub fn pdf_next_event(&self, point: &Point, from: &Point) -> PdfArea {
         match &self.next_event {

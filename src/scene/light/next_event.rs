@@ -22,15 +22,15 @@ pub(super) enum NextEvent {
 #[derive(Clone, Debug)]
 pub(super) struct ByTree {
     tree: LightTree,
-    /// How many of a choice's integers, from 0 on, choose by the tree: the part of its lights by kind and power, of what [`DESPITE_TREE`]
-    /// leaves.
+    /// How many of a choice's integers, from 0 on, choose by the tree: the part of its lights by kind and power, of
+    /// what [`DESPITE_TREE`] leaves.
     width: u64,
     /// The lights that are not in the tree, by kind and power: for the integers behind all others.
     others: Discrete,
 }
 
-/// How many integers, behind the tree's, choose by kind and power, one in 64: what the bounds hide from the tree keeps a probability. A
-/// light has at least 1/(64 N) of them, 2²⁶ for as many as have ids.
+/// How many integers, behind the tree's, choose by kind and power, one in 64: what the bounds hide from the tree keeps
+/// a probability. A light has at least 1/(64 N) of them, 2²⁶ for as many as have ids.
 const DESPITE_TREE: u64 = 1 << 58;
 
 impl ByTree {
@@ -110,8 +110,8 @@ impl Lights {
         if self.is_empty() { 0.0 } else { self.choice.probability(id.index()) }
     }
 
-    /// Chooses a light by every rule but power, with its probability and what the choice has left. Out of line: scenes with two lights would pay for it in the size of
-    /// the core.
+    /// Chooses a light by every rule but power, with its probability and what the choice has left. Out of line: scenes
+    /// with two lights would pay for it in the size of the core.
     #[inline(never)]
     pub(super) fn choose_at(&self, from: &Point, choice: Choice, nth: u32) -> Option<(LightId, f32, Remainder)> {
         let by = match &self.next_event {

@@ -19,8 +19,8 @@ use crate::{
     },
 };
 
-/// The index of a light: every triangle or sphere that emits is one, in every instance, and so is every point light, spot, sun
-/// and environment.
+/// The index of a light: every triangle or sphere that emits is one, in every instance, and so is every point light,
+/// spot, sun and environment.
 ///
 /// It is kept as the index's successor, so that a point's `Option<LightId>` takes four bytes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -11,10 +11,10 @@ use crate::{
 
 /// A spot with the falloff of `KHR_lights_punctual`. Never seen directly.
 ///
-/// With θ the angle from the axis, the intensity is I·a(θ)², where a falls linearly in cos θ from 1 at the inner angle to 0
-/// at the outer one: a = clamp(cos θ · s + o, 0, 1), s = 1/max(0.001, cos θ_inner − cos θ_outer), o = −s cos θ_outer.
-/// Where the extension's 0.001 takes effect, the light is full only inside of the inner angle; a cone narrower than
-/// 2.6° nowhere.
+/// With θ the angle from the axis, the intensity is I·a(θ)², where a falls linearly in cos θ from 1 at the inner angle
+/// to 0 at the outer one: a = clamp(cos θ · s + o, 0, 1), s = 1/max(0.001, cos θ_inner − cos θ_outer), o = −s cos
+/// θ_outer. Where the extension's 0.001 takes effect, the light is full only inside of the inner angle; a cone narrower
+/// than 2.6° nowhere.
 ///
 /// Angles are kept as 1 − cos θ = |ω − axis|²/2, in which a narrow cone has digits left.
 #[derive(Clone, Copy, Debug)]

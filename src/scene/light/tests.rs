@@ -16,8 +16,8 @@ use crate::{
     },
 };
 
-/// Bins of the sphere of equal solid angle: rows even in cos θ and columns even in longitude, both about `axis`, with rows
-/// from cos θ = 1 down to `lowest`.
+/// Bins of the sphere of equal solid angle: rows even in cos θ and columns even in longitude, both about `axis`, with
+/// rows from cos θ = 1 down to `lowest`.
 struct Bins {
     frame: Frame,
     lowest: f64,

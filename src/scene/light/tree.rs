@@ -179,8 +179,8 @@ impl Cluster {
         }
     }
 
-    /// The largest irradiance at `at` by any arrangement of the lights in the cluster, up to a constant and to the clamp of the
-    /// distance: I |cos θ′| |cos θ| / d², with the angles that are the most favourable (PBRT, 12.6.3).
+    /// The largest irradiance at `at` by any arrangement of the lights in the cluster, up to a constant and to the
+    /// clamp of the distance: I |cos θ′| |cos θ| / d², with the angles that are the most favourable (PBRT, 12.6.3).
     #[inline(always)]
     fn importance(&self, at: &Receiver) -> f32 {
         let from = at.position - self.center;
@@ -227,8 +227,8 @@ fn less((sin_a, cos_a): (f32, f32), (sin_b, cos_b): (f32, f32)) -> f32 {
     if cos_a > cos_b { 1.0 } else { cos_a * cos_b + sin_a * sin_b }
 }
 
-/// A binary tree over the lights with a place (Conty Estevez and Kulla 2018, *Importance Sampling of Many Lights with Adaptive Tree
-/// Splitting*). A choice walks down from the root, to each half in proportion to its importance.
+/// A binary tree over the lights with a place (Conty Estevez and Kulla 2018, *Importance Sampling of Many Lights with
+/// Adaptive Tree Splitting*). A choice walks down from the root, to each half in proportion to its importance.
 #[derive(Clone, Debug)]
 pub(super) struct LightTree {
     root: Content,
@@ -245,7 +245,8 @@ enum Way {
     Turns(u64),
 }
 
-/// From this depth on nodes are halved, so that the turns of every way have room: 2³² lights are halved at most 32 times.
+/// From this depth on nodes are halved, so that the turns of every way have room: 2³² lights are halved at most 32
+/// times.
 const DEEP: u32 = 32;
 const BUCKETS: usize = 12;
 /// So many lights are cut along their widest axis, and their parts grow at the same time.
@@ -275,9 +276,11 @@ impl LightTree {
         Some(Self { root, halves, ways })
     }
 
-    /// The light that is chosen at `from` by a place in the integers that the tree divides, and the place in the light's share of them.
+    /// The light that is chosen at `from` by a place in the integers that the tree divides, and the place in the
+    /// light's share of them.
     ///
-    /// Nothing is rescaled on the way: the share is divided where it stands, so that no bit is lost, and its width is the probability.
+    /// Nothing is rescaled on the way: the share is divided where it stands, so that no bit is lost, and its width is
+    /// the probability.
     pub fn sample(&self, from: &Point, mut place: Remainder) -> (LightId, Remainder) {
         let at = Receiver::at(from);
         let mut content = self.root;
@@ -317,7 +320,8 @@ struct Added {
     content: Content,
 }
 
-/// Adds a tree over the lights, at least one, to `halves`: its own halves first, so that the top of the tree stays together.
+/// Adds a tree over the lights, at least one, to `halves`: its own halves first, so that the top of the tree stays
+/// together.
 fn add(halves: &mut Vec<[Cluster; 2]>, lights: &mut [(LightId, LightBounds)], depth: u32) -> Added {
     if let [(id, bounds)] = lights {
         return Added { lights: *bounds, content: Content::Light(*id) };
@@ -355,7 +359,8 @@ fn append(halves: &mut Vec<[Cluster; 2]>, (part, added): (Vec<[Cluster; 2]>, Add
     Added { content: moved(added.content), ..added }
 }
 
-/// How many of `width` integers lead on to the first of two halves: by importance, and half of them where both may send nothing.
+/// How many of `width` integers lead on to the first of two halves: by importance, and half of them where both may send
+/// nothing.
 #[inline(always)]
 fn first_of(width: u64, halves: &[Cluster; 2], at: &Receiver) -> u64 {
     let [a, b] = halves.each_ref().map(|half| half.importance(at));

@@ -171,8 +171,8 @@ fn lights_of_any_power_are_chosen_as_their_probability_says() {
     }
 }
 
-/// 600 bright triangles to each lamp, which their power all but hides: a lamp's probability is less than half of 2⁻²⁴, and the shares
-/// stand where numbers of 24 bits miss every one of the lamps.
+/// 600 bright triangles to each lamp, which their power all but hides: a lamp's probability is less than half of 2⁻²⁴,
+/// and the shares stand where numbers of 24 bits miss every one of the lamps.
 #[test]
 fn a_crowd_hides_no_lamp() {
     const LAMPS: u32 = 1024;

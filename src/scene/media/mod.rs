@@ -1,10 +1,10 @@
 //! Media: what lies inside bodies, and which of them a place is in.
 //!
-//! The closed surfaces of a material that bounds a volume are one *body*. A place is in it if its winding number is positive: along a
-//! ray from outside, entering through a front counts +1 and leaving through a back −1, so that an inner surface turned inwards is a
-//! bubble. Where several bodies overlap, the one that encloses the smaller volume is there, and of equal ones that of the lower
-//! material: a stone in resin, or water that reaches into its glass, however deep they are nested. In place of a body whose surface
-//! is not closed stands a local rule; see [`Boundary`].
+//! The closed surfaces of a material that bounds a volume are one *body*. A place is in it if its winding number is
+//! positive: along a ray from outside, entering through a front counts +1 and leaving through a back −1, so that an
+//! inner surface turned inwards is a bubble. Where several bodies overlap, the one that encloses the smaller volume is
+//! there, and of equal ones that of the lower material: a stone in resin, or water that reaches into its glass, however
+//! deep they are nested. In place of a body whose surface is not closed stands a local rule; see [`Boundary`].
 
 mod start;
 mod walk;
@@ -111,9 +111,9 @@ pub enum Boundary {
     Nothing,
     /// A body.
     Body(MediumId),
-    /// A volume that is no body, for the reason that [`Fault`] gives. A segment lies in it if one of its ends is this surface seen from
-    /// behind; the end nearer the camera is asked first, and before the bodies. In front of the surface is the medium that is there,
-    /// and behind it its own, whatever the bodies say.
+    /// A volume that is no body, for the reason that [`Fault`] gives. A segment lies in it if one of its ends is this
+    /// surface seen from behind; the end nearer the camera is asked first, and before the bodies. In front of the
+    /// surface is the medium that is there, and behind it its own, whatever the bodies say.
     Local,
 }
 
@@ -261,8 +261,9 @@ impl Media {
         self.boundaries.get(material.0 as usize).copied().unwrap_or(Boundary::Nothing)
     }
 
-    /// Whether a walk through empty space that comes to a surface of this material finds nothing to keep track of: neither a boundary, nor
-    /// perhaps another surface at the same place, nor a volume without a body that may have absorbed something.
+    /// Whether a walk through empty space that comes to a surface of this material finds nothing to keep track of:
+    /// neither a boundary, nor perhaps another surface at the same place, nor a volume without a body that may have
+    /// absorbed something.
     #[inline(always)]
     fn ignore(&self, material: MaterialId) -> bool {
         !(self.meet || self.absorb_locally) && self.boundary(material) == Boundary::Nothing
@@ -326,9 +327,9 @@ impl Media {
         within
     }
 
-    /// What is around a place, by the surfaces between it and infinity along oblique rays: the winding number from its definition. The
-    /// place keeps a little distance from all surfaces; with a `side` the rays start to that side of it. Of three rays two have to agree,
-    /// since one may meet an edge, where it passes two triangles.
+    /// What is around a place, by the surfaces between it and infinity along oblique rays: the winding number from its
+    /// definition. The place keeps a little distance from all surfaces; with a `side` the rays start to that side of
+    /// it. Of three rays two have to agree, since one may meet an edge, where it passes two triangles.
     pub fn around(&self, geometry: &Geometry, place: Vec3, side: Option<Vec3>) -> Within {
         const RAYS: [Vec3; 3] = [
             Vec3::new(0.271_826_3, 0.927_183_1, 0.257_734_9),
@@ -347,9 +348,9 @@ impl Media {
         if found(2) == b { b } else { a }
     }
 
-    /// Puts the scattering between two media in place of that between a volume and empty space: η at a boundary is that of the two media
-    /// beside it, `front` and `behind`. Where both are the same, the boundary lies in a body that comes before its own, and all light
-    /// passes.
+    /// Puts the scattering between two media in place of that between a volume and empty space: η at a boundary is that
+    /// of the two media beside it, `front` and `behind`. Where both are the same, the boundary lies in a body that
+    /// comes before its own, and all light passes.
     pub fn settle(&self, bsdf: &mut Bsdf, material: MaterialId, [front, behind]: [MediumId; 2]) {
         let Bsdf::Dielectric(boundary) = bsdf else { return };
         let before = self.ior(front);

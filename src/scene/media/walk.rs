@@ -68,8 +68,8 @@ impl Inside {
         passes
     }
 
-    /// The walk arrives at `point` in the unit direction `w`: finds the media on both sides, and settles how it scatters there. Returns the
-    /// medium that the walk has come through.
+    /// The walk arrives at `point` in the unit direction `w`: finds the media on both sides, and settles how it
+    /// scatters there. Returns the medium that the walk has come through.
     pub fn arrive(&mut self, scene: &Scene, media: &Media, point: &mut Point, w: Vec3) -> MediumId {
         let toward = point.normal.dot(w);
         let leaves = toward > 0.0;

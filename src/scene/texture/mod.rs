@@ -1,8 +1,8 @@
 //! Textures: images and how a material reads them.
 //!
-//! Texels stay as the 8 or 16 bit integers of the file and are decoded on every lookup, sRGB through a table. There are no
-//! mipmaps: every pixel averages many paths, which is the integral that a mipmap approximates, and a footprint is defined for
-//! camera rays only, so that a prefiltered texture would differ between strategies.
+//! Texels stay as the 8 or 16 bit integers of the file and are decoded on every lookup, sRGB through a table. There are
+//! no mipmaps: every pixel averages many paths, which is the integral that a mipmap approximates, and a footprint is
+//! defined for camera rays only, so that a prefiltered texture would differ between strategies.
 
 #[cfg(test)]
 mod tests;
@@ -80,7 +80,8 @@ pub struct Texture {
     pub filter: Filter,
     /// Which of the mesh's sets of texture coordinates places it.
     pub uv_set: u8,
-    /// From the mesh's texture coordinates to those of the image: (0, 0) its upper left corner, (1, 1) its lower right one.
+    /// From the mesh's texture coordinates to those of the image: (0, 0) its upper left corner, (1, 1) its lower right
+    /// one.
     pub transform: Affine2,
 }
 
@@ -134,7 +135,8 @@ impl Image {
         }
     }
 
-    /// The decoded texel in column `x` and row `y`: red, green, blue, alpha. Grey fills three channels, and a missing alpha is 1.
+    /// The decoded texel in column `x` and row `y`: red, green, blue, alpha. Grey fills three channels, and a missing
+    /// alpha is 1.
     ///
     /// # Panics
     /// Outside of the image.

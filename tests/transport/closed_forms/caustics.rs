@@ -27,8 +27,8 @@ const IOR: f64 = 1.5;
 const ALBEDO: f64 = 0.8;
 const IRRADIANCE: f64 = 3.0;
 
-/// Where a ray parallel to the axis, at the distance b from it, meets the plane at `depth` behind the middle of a ball of radius 1: its
-/// distance from the axis, negative beyond the axis. It turns by 2(θ − θ').
+/// Where a ray parallel to the axis, at the distance b from it, meets the plane at `depth` behind the middle of a ball
+/// of radius 1: its distance from the axis, negative beyond the axis. It turns by 2(θ − θ').
 fn landing(b: f64, depth: f64) -> f64 {
     let (outer, inner) = (b.asin(), (b / IOR).asin());
     // It leaves the ball at the angle `exit` from the axis, and goes on at the angle `turn` towards it.
@@ -38,8 +38,8 @@ fn landing(b: f64, depth: f64) -> f64 {
     x - (depth - z) * turn.tan()
 }
 
-/// A ball above a screen at `depth` below its middle, under a sun straight above; the orthographic camera's film lies between ball and
-/// screen and shows a square of the given width.
+/// A ball above a screen at `depth` below its middle, under a sun straight above; the orthographic camera's film lies
+/// between ball and screen and shows a square of the given width.
 fn lens(depth: f64, width: f64) -> Scene {
     let mut g = Geometry::default();
     g.add_sphere(Vec3::ZERO, 1.0, MaterialId(0));
@@ -90,8 +90,9 @@ fn assert_rings(name: &str, depth: f64, stop: f64, width: f64, edges: &[f64]) {
     assert_bins(name, &scene, &dear, 4, 0.06, (&bin, &truth));
 }
 
-/// The paraxial focal length is n D/(4(n−1)) from the middle of the ball: 1.5 radii for n = 1.5. Within half of the ball's radius
-/// light crosses the axis before that, by the spherical aberration of exact rays, and is nowhere beyond the outermost of them.
+/// The paraxial focal length is n D/(4(n−1)) from the middle of the ball: 1.5 radii for n = 1.5. Within half of the
+/// ball's radius light crosses the axis before that, by the spherical aberration of exact rays, and is nowhere beyond
+/// the outermost of them.
 #[test]
 fn a_ball_lens_focuses_where_geometric_optics_says() {
     let focal = IOR * 2.0 / (4.0 * (IOR - 1.0));

@@ -1,4 +1,5 @@
-//! Smooth glass: slabs and panes with every reflection between their sides, absorption, and cameras and lights inside glass.
+//! Smooth glass: slabs and panes with every reflection between their sides, absorption, and cameras and lights inside
+//! glass.
 
 use std::f64::consts::PI;
 
@@ -19,7 +20,8 @@ use pathspace::{
 use super::{FROM_CAMERA, FROM_LIGHT, assert_image, constant, expected, receiver::Receiver};
 use crate::scenes;
 
-/// Unpolarised reflectance at |cos θ| for light that comes from the side of index 1, by Fresnel's equations and Snell's law.
+/// Unpolarised reflectance at |cos θ| for light that comes from the side of index 1, by Fresnel's equations and Snell's
+/// law.
 pub fn fresnel(cos: f64, ior: f64) -> f64 {
     let inside = (1.0 - (1.0 - cos * cos) / (ior * ior)).sqrt();
     let s = (cos - ior * inside) / (cos + ior * inside);
@@ -27,8 +29,9 @@ pub fn fresnel(cos: f64, ior: f64) -> f64 {
     0.5 * (s * s + p * p)
 }
 
-/// Transmittance and reflectance of a slab that reflects `r` at either side and lets `passed` through from one to the other, of light
-/// that crosses it at most `crossings` times: T = (1−R)² τ Σ (Rτ)^{2k}, and R + (1−R)² R τ² Σ (Rτ)^{2k}.
+/// Transmittance and reflectance of a slab that reflects `r` at either side and lets `passed` through from one to the
+/// other, of light that crosses it at most `crossings` times: T = (1−R)² τ Σ (Rτ)^{2k}, and R + (1−R)² R τ² Σ
+/// (Rτ)^{2k}.
 fn slab(r: f64, passed: f64, crossings: i32) -> (f64, f64) {
     let round = |k: i32| (r * passed).powi(k);
     let t: f64 = (0..crossings).step_by(2).map(round).sum();
@@ -57,8 +60,8 @@ fn the_slab_is_summed_rightly() {
     }
 }
 
-/// Half the extent of what has to be larger than any path inside it gets; but not by much: hits of a triangle 800 m wide are good to
-/// 2e-5 m, which turns an edge of 0.1 m by more than Fresnel's reflectance at 80° can bear.
+/// Half the extent of what has to be larger than any path inside it gets; but not by much: hits of a triangle 800 m
+/// wide are good to 2e-5 m, which turns an edge of 0.1 m by more than Fresnel's reflectance at 80° can bear.
 const WIDE: f32 = 12.0;
 const THICK: f32 = 0.1;
 
@@ -167,8 +170,8 @@ fn a_sun_through_a_slab() {
         let scene = Scene::new(g, vec![glass, Receiver::material()], &[sun], camera);
         let inside = (1.0 - (sin / ior).powi(2)).sqrt();
         let passed = (-sigma * 0.1 / inside).exp();
-        // Camera, receiver, two sides of the slab, sun: four edges. The receiver's light that glass mirrors back is told apart by
-        // its length: longer paths hold it too, so that only the direct ones are compared.
+        // Camera, receiver, two sides of the slab, sun: four edges. The receiver's light that glass mirrors back is
+        // told apart by its length: longer paths hold it too, so that only the direct ones are compared.
         let r = fresnel(cos, ior);
         let direct = passed.map(|p| (1.0 - r).powi(2) * p);
         let truth = expected(1, |_, _| direct * 3.0 * cos * Receiver::ALBEDO / PI);
@@ -207,8 +210,8 @@ fn a_camera_inside_glass_sees_the_sky_squeezed() {
     assert_image("camera in glass", &scene, &FROM_CAMERA, DEPTH, 0.01, &truth);
 }
 
-/// A black emitter of radius a around the middle of a glass ball: a ray with the impact parameter b enters with b/n, so that the emitter
-/// looks n times as large, and L (1−R) τ/n² bright.
+/// A black emitter of radius a around the middle of a glass ball: a ray with the impact parameter b enters with b/n, so
+/// that the emitter looks n times as large, and L (1−R) τ/n² bright.
 #[test]
 fn an_emitter_inside_glass_seen_directly() {
     let (ior, a, sigma) = (1.5, 0.4, DVec3::new(0.0, 0.5, 2.0));
@@ -223,8 +226,8 @@ fn an_emitter_inside_glass_seen_directly() {
     assert_image("emitter in glass", &scene, &FROM_CAMERA, 3, 0.01, &truth);
 }
 
-/// The same one lights a plane: E = ∫ L cos θ dω over what is seen of it, found by light paths through the glass as well as by camera
-/// paths.
+/// The same one lights a plane: E = ∫ L cos θ dω over what is seen of it, found by light paths through the glass as
+/// well as by camera paths.
 #[test]
 fn an_emitter_inside_glass_lights_a_plane() {
     let (ior, a, sigma) = (1.5, 0.6, DVec3::splat(0.5));
@@ -233,8 +236,8 @@ fn an_emitter_inside_glass_lights_a_plane() {
         receiver.add(g, 2);
         receiver.orthographic(0.4, scenes::square(8, Filter::Box))
     });
-    // Of directions at the angle α from the middle of the ball at the distance d, b = d sin α; around it cos θ is on average
-    // cos α cos θ_0, for the ball is above the horizon.
+    // Of directions at the angle α from the middle of the ball at the distance d, b = d sin α; around it cos θ is on
+    // average cos α cos θ_0, for the ball is above the horizon.
     let truth = receiver.expected(8, |p| {
         let (d, cos) = (p.length(), -p.normalize().dot(receiver.normal()));
         const STEPS: i32 = 400;
@@ -270,8 +273,9 @@ fn glowing_ball(ior: f64, a: f64, sigma: DVec3, camera: impl FnOnce(&mut Geometr
     Scene::new(g, vec![glass, emitter, Receiver::material()], &[], camera)
 }
 
-/// A point light in the middle of a glass ball: every ray passes at right angles, reflected ones return through the middle, so that
-/// outside it is a point light of the intensity I (1−R) τ Σ (R τ²)^k. Without absorption the glass is as if not there.
+/// A point light in the middle of a glass ball: every ray passes at right angles, reflected ones return through the
+/// middle, so that outside it is a point light of the intensity I (1−R) τ Σ (R τ²)^k. Without absorption the glass is
+/// as if not there.
 #[test]
 fn a_point_light_inside_glass() {
     let (ior, sigma) = (1.5, DVec3::new(0.0, 0.5, 2.0));

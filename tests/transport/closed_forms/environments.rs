@@ -112,8 +112,8 @@ fn a_metal_plate_reflects_its_base_color() {
     assert_image("metal plate", &scene, &KINDS, 2, 0.001, &expected(1, |_, _| f0.as_dvec3() * SKY));
 }
 
-/// All that falls on clear glass leaves it again, but for what has been reflected inside more often than paths are long:
-/// 1 − (1 − R) R^(n−2); with absorption, T² Σ R^k e^(−σ c (k+1)) along chords c and the outer reflection R.
+/// All that falls on clear glass leaves it again, but for what has been reflected inside more often than paths are
+/// long: 1 − (1 − R) R^(n−2); with absorption, T² Σ R^k e^(−σ c (k+1)) along chords c and the outer reflection R.
 #[test]
 fn a_glass_ball_passes_and_reflects_everything() {
     const DEPTH: i32 = 5;

@@ -46,8 +46,8 @@ pub fn parallel(a: Rectangle, b: Rectangle, gap: f64) -> f64 {
     })
 }
 
-/// A_1 F_12 of two rectangles in planes that meet at a right angle (C-15): x and ξ are distances from the line where they meet, y
-/// and η places along it.
+/// A_1 F_12 of two rectangles in planes that meet at a right angle (C-15): x and ξ are distances from the line where
+/// they meet, y and η places along it.
 pub fn perpendicular(a: Rectangle, b: Rectangle) -> f64 {
     alternating(a, b, |x, y, eta, xi| {
         let (d, r2) = (y - eta, x * x + xi * xi);
@@ -101,8 +101,8 @@ fn the_catalogue_is_written_down_rightly() {
     close(all / area(part), 1.0);
 }
 
-/// A receiver of 1 × 1 in the plane y = 0 with its corner at the origin, seen whole through an orthographic camera at `height`, and a
-/// black emitter of radiance 3.
+/// A receiver of 1 × 1 in the plane y = 0 with its corner at the origin, seen whole through an orthographic camera at
+/// `height`, and a black emitter of radiance 3.
 fn square_and(height: f64, emitter: impl FnOnce(&mut Geometry)) -> Scene {
     let receiver = Receiver::new(DVec3::new(0.5, 0.0, 0.5), DQuat::IDENTITY, 0.5);
     let mut g = Geometry::default();

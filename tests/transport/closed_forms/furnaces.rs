@@ -51,8 +51,8 @@ fn every_path_length_has_its_power_of_the_albedo() {
     assert_bins("box", &scene, &[PathHemisphere], 5, 0.015, (&by_length, &powers(5)));
 }
 
-/// Inside a sphere G is the same between any two points, 1/(4R²): the one closed room in which unweighted connections have a
-/// variance, and none at that.
+/// Inside a sphere G is the same between any two points, 1/(4R²): the one closed room in which unweighted connections
+/// have a variance, and none at that.
 #[test]
 fn every_path_length_has_its_power_of_the_albedo_in_a_sphere() {
     let scene = scenes::sphere_furnace(ALBEDO as f32, 1.0, scenes::square(8, Filter::Box));
@@ -131,8 +131,8 @@ fn a_lamp_in_the_middle_of_a_sphere() {
     }
 }
 
-/// Anywhere else in the sphere, light of two edges varies, a I |cos θ|/(π d²); but the sphere spreads what it scatters evenly, so
-/// that what has scattered twice or more is what it is with the lamp in the middle.
+/// Anywhere else in the sphere, light of two edges varies, a I |cos θ|/(π d²); but the sphere spreads what it scatters
+/// evenly, so that what has scattered twice or more is what it is with the lamp in the middle.
 #[test]
 fn a_lamp_off_the_middle_of_a_sphere() {
     let (radius, intensity, lamp) = (1.5_f32, 2.0_f32, Vec3::new(-0.4, 0.3, -0.5));

@@ -1,4 +1,5 @@
-//! E on a small square, L = ρ E/π: polygons by Lambert's formula, spheres, points, spots, suns and skies, on tilted planes.
+//! E on a small square, L = ρ E/π: polygons by Lambert's formula, spheres, points, spots, suns and skies, on tilted
+//! planes.
 
 use std::{f64::consts::PI, sync::Arc};
 
@@ -18,9 +19,9 @@ use pathspace::{
 use super::{TO_POINTS, WEIGHTED, assert_image, receiver::Receiver};
 use crate::scenes;
 
-/// E/L at `p` with the normal `n` from a polygon, all of it or the part above the horizon: ½ Σ θ_i Γ_i·n over its edges, θ_i the
-/// angle that an edge subtends and Γ_i the unit normal of the plane through it and p (Lambert 1760; Arvo 1995). Positive for a
-/// polygon that runs clockwise as seen from p.
+/// E/L at `p` with the normal `n` from a polygon, all of it or the part above the horizon: ½ Σ θ_i Γ_i·n over its
+/// edges, θ_i the angle that an edge subtends and Γ_i the unit normal of the plane through it and p (Lambert 1760; Arvo
+/// 1995). Positive for a polygon that runs clockwise as seen from p.
 fn lambert(p: DVec3, n: DVec3, polygon: &[DVec3]) -> f64 {
     let around: Vec<_> = polygon.iter().map(|c| c - p).collect();
     let polygon = above_horizon(&around, n);
@@ -87,7 +88,8 @@ fn lamberts_formula_is_written_down_rightly() {
     }
 }
 
-/// A receiver tilted by `tilt` around the z axis and then turned, under a lamp that is turned with it; 0.25 high is its camera.
+/// A receiver tilted by `tilt` around the z axis and then turned, under a lamp that is turned with it; 0.25 high is its
+/// camera.
 fn under(
     tilt: f64,
     (radiance, lights): (f64, &[Light]),
@@ -148,7 +150,8 @@ fn a_sphere_as_a_disk_of_its_solid_angle() {
     }
 }
 
-/// E = I cos θ/d², and of a spot with the attenuation of `KHR_lights_punctual`: (cos − cos_o)²/(cos_i − cos_o)² in its ramp.
+/// E = I cos θ/d², and of a spot with the attenuation of `KHR_lights_punctual`: (cos − cos_o)²/(cos_i − cos_o)² in its
+/// ramp.
 #[test]
 fn points_and_spots_by_the_square_of_the_distance() {
     let (intensity, place) = (Rgb::splat(2.0), DVec3::new(-0.2, 0.6, 0.1));
@@ -196,14 +199,15 @@ fn suns_by_their_cosine() {
     }
 }
 
-/// E = ∫ L cos θ dω: π L of a constant sky; of L = max(cos θ_y, 0) on a plane that is tilted by t, 2π/3 for t = 0 and otherwise by
-/// quadrature.
+/// E = ∫ L cos θ dω: π L of a constant sky; of L = max(cos θ_y, 0) on a plane that is tilted by t, 2π/3 for t = 0 and
+/// otherwise by quadrature.
 #[test]
 fn skies_by_their_integral() {
     let sky = Rgb::splat(1.5);
     let map = |width, texels| Light::EnvironmentMap(Arc::new(EnvironmentMap::new(width, texels, 0.4).unwrap()));
     let height = 64;
-    // Linear in cos θ between the rows of centres, as the map interpolates, and steep enough to be told from a constant.
+    // Linear in cos θ between the rows of centres, as the map interpolates, and steep enough to be told from a
+    // constant.
     let row = |y: usize| (PI * (y as f64 + 0.5) / height as f64).cos().max(0.0);
     let texels: Vec<_> = (0..8 * height).map(|i| Rgb::splat(row(i / 8) as f32)).collect();
     let of_cosine = |n: DVec3| {

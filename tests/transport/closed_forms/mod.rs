@@ -1,12 +1,12 @@
 //! Scenes whose image somebody has worked out, rendered by every integrator that covers them.
 //!
-//! Oracle: closed forms of radiative transfer (radiosity in spheres and boxes, Howell's catalogue of configuration factors, Lambert's
-//! polygon formula, Fresnel, Snell and Beer–Lambert), evaluated here in f64 with nothing of the renderer's.
-//! It would catch any factor that *all* integrators share and agreement between them cannot see: π, cosines, areas, η², a bounce too
-//! many or too few, an intensity taken for a power.
+//! Oracle: closed forms of radiative transfer (radiosity in spheres and boxes, Howell's catalogue of configuration
+//! factors, Lambert's polygon formula, Fresnel, Snell and Beer–Lambert), evaluated here in f64 with nothing of the
+//! renderer's. It would catch any factor that *all* integrators share and agreement between them cannot see: π,
+//! cosines, areas, η², a bounce too many or too few, an intensity taken for a power.
 //!
-//! A comparison is a t-test over independent replicates, in the whole image and in its tiles, at a level of 1e-4. Each is refined
-//! until a bias of the stated size turns it red, and shows that it would.
+//! A comparison is a t-test over independent replicates, in the whole image and in its tiles, at a level of 1e-4. Each
+//! is refined until a bias of the stated size turns it red, and shows that it would.
 
 mod caustics;
 mod dielectrics;
@@ -53,8 +53,8 @@ fn covering(gap: Gap) -> Vec<IntegratorKind> {
     IntegratorKind::ALL.into_iter().filter(|kind| !kind.lacks(gap)).collect()
 }
 
-/// The regions of an image with the radiance `radiance(u, v)` at the place (u, v) in [0, 1]² of the image, u to the right and v
-/// downwards: the midpoint rule with `fine`² places in each of 4 × 4 tiles.
+/// The regions of an image with the radiance `radiance(u, v)` at the place (u, v) in [0, 1]² of the image, u to the
+/// right and v downwards: the midpoint rule with `fine`² places in each of 4 × 4 tiles.
 pub fn expected(fine: usize, radiance: impl Fn(f64, f64) -> DVec3) -> Regions {
     const TILES: usize = 4;
     let place = |tile: usize, i: usize| (tile as f64 + (i as f64 + 0.5) / fine as f64) / TILES as f64;
@@ -78,8 +78,9 @@ pub fn constant(radiance: f64) -> Regions {
     of_tiles(&[DVec3::splat(radiance); 16])
 }
 
-/// Holds the image of every integrator of `kinds`, of paths of at most `depth` edges, to the `expected` regions (or to as many of
-/// the first regions as there are), so that a relative bias of `visible` shows: twice that where most of what an integrator draws misses the image.
+/// Holds the image of every integrator of `kinds`, of paths of at most `depth` edges, to the `expected` regions (or to
+/// as many of the first regions as there are), so that a relative bias of `visible` shows: twice that where most of
+/// what an integrator draws misses the image.
 #[track_caller]
 pub fn assert_image(what: &str, scene: &Scene, kinds: &[IntegratorKind], depth: u32, visible: f64, expected: &Regions) {
     for &kind in kinds {

@@ -48,8 +48,8 @@ impl From<f64> for Expectation {
     }
 }
 
-/// Holds the grey sums of each integrator of `kinds` to what is expected of every bin, so that a relative bias of `visible` in any
-/// of them shows.
+/// Holds the grey sums of each integrator of `kinds` to what is expected of every bin, so that a relative bias of
+/// `visible` in any of them shows.
 #[track_caller]
 pub fn assert_bins(
     what: &str,

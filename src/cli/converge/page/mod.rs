@@ -70,7 +70,9 @@ pub fn json(facts: &Facts<'_>, report: &Report) -> Value {
     };
     let integrators = report.measured.iter().map(|one| {
         value!({
-            "name": one.kind.name(), "slope": one.law(RELMSE).map(|law| law.exponent), "efficiency": one.efficiency(RELMSE),
+            "name": one.kind.name(),
+                "slope": one.law(RELMSE).map(|law| law.exponent),
+                "efficiency": one.efficiency(RELMSE),
             "slope-trimmed": one.law(TRIMMED).map(|law| law.exponent), "efficiency-trimmed": one.efficiency(TRIMMED),
             "rays": one.rays, "rejected": one.rejected, "snapshots": snapshot(one),
         })
@@ -97,8 +99,13 @@ pub fn json(facts: &Facts<'_>, report: &Report) -> Value {
         "layout": LAYOUT, "version": env!("CARGO_PKG_VERSION"), "command": facts.command, "scene": facts.scene_hash,
         "width": report.reference.image.width, "height": report.reference.image.height, "seconds": seconds, "spp": spp,
         "max_depth": facts.plan.max_depth, "seed": facts.plan.seed, "threads": facts.threads,
-        "environment": facts.environment, "lights": facts.lights.name(), "processor": processor(), "ended_early": report.ended_early,
-        "reference": { "what": facts.reference(report), "seconds": report.reference.own.map(|own| own.seconds), "relmse": report.reference.noise },
+        "environment": facts.environment, "lights": facts.lights.name(), "processor": processor(),
+        "ended_early": report.ended_early,
+        "reference": {
+            "what": facts.reference(report),
+            "seconds": report.reference.own.map(|own| own.seconds),
+            "relmse": report.reference.noise,
+        },
         "integrators": integrators.collect::<Vec<_>>(), "classes": parts(&report.classes),
         "strategies": parts(&report.pyramid), "agreement": agreement,
     })
@@ -241,7 +248,9 @@ pub fn html(facts: &Facts<'_>, report: &Report, json: &Value) -> io::Result<Stri
                 table { @for part in &report.classes { tr { td { (part.name) } td { (format!("{:.2} %", 100.0 * part.share)) } td style="text-align:left" { span.meter style={ "width:" (format!("{:.1}", 4.0 * 100.0 * part.share)) "px" } { } } } } }
                 div.grid { @for part in &report.classes { figure { div.view { img alt=(part.name) src=(uri(&part.image, ev)?); } figcaption { (part.name) } } } }
                 h2 { "Technique pyramid" }
-                p.soft { "w C of each strategy (s,t) of bdpt: s vertices from a light, t from the camera; a row for each path length, from two edges on a stop brighter than the one above. Each row adds up to the light of its length." }
+                p.soft { "w C of each strategy (s,t) of bdpt: s vertices from a light, t from the camera; a row for \
+                    each path length, from two edges on a stop brighter than the one above. Each row adds up to the \
+                    light of its length." }
                 @for edges in 1..=pathspace::converge::PYRAMID_DEPTH { div.row {
                     @for part in report.pyramid.iter().filter(|p| { let (s, t) = strategy(&p.name); s + t == edges + 1 }) {
                         figure { div.view { img alt=(part.name) src=(uri(&part.image, ev + edges as f32 - 2.0)?); } figcaption { (part.name) ", " (format!("{:.1} %", 100.0 * part.share)) } }
@@ -298,7 +307,9 @@ fn agreements(report: &verify::Report) -> Markup {
                 }
             } } }
         }
-        p.soft { "First minus second of a pair, as a part of the image, over the paths that both cover; below, the verdict, the probability of such a difference by chance, and the bias that would have been seen. 'Too noisy' could hide one of 2 %; a 'faint' class is too small a part of the image to matter." }
+        p.soft { "First minus second of a pair, as a part of the image, over the paths that both cover; below, the \
+            verdict, the probability of such a difference by chance, and the bias that would have been seen. 'Too \
+            noisy' could hide one of 2 %; a 'faint' class is too small a part of the image to matter." }
     }
 }
 
@@ -336,6 +347,8 @@ fn efficiencies(report: &Report) -> Markup {
                 td { (format!("{:.4}", one.end().error(Metric::Flip))) } td { (format!("{:.1} M", one.rays as f64 * 1e-6)) }
             } }
         }
-        p.soft { "Efficiency is 1/(relMSE × seconds). The slope is that of the root of relMSE against samples: −0.5 is what independent samples make. A flatter one means light that the integrator cannot see, fireflies, or a reference as noisy as the image." }
+        p.soft { "Efficiency is 1/(relMSE × seconds). The slope is that of the root of relMSE against samples: −0.5 is \
+            what independent samples make. A flatter one means light that the integrator cannot see, fireflies, or a \
+            reference as noisy as the image." }
     }
 }

@@ -1,6 +1,7 @@
 //! The tables against quadratures, and their making.
 //!
-//! Oracle: Walter et al. 2007 with Smith's height-correlated G2, integrated in f64; 1 − ln 2 where the integral has a closed form.
+//! Oracle: Walter et al. 2007 with Smith's height-correlated G2, integrated in f64; 1 − ln 2 where the integral has a
+//! closed form.
 
 use std::f64::consts::{LN_2, PI};
 
@@ -129,7 +130,8 @@ fn write_the_tables() {
         for at in 0..size(BOUNDARY[side]) {
             let (i, j, k) = (at % nx, at / nx % ny, at / (nx * ny));
             let (mu, alpha, eta) = parameters([fraction(i, nx), fraction(j, ny), fraction(k, nz)]);
-            // Smooth boundaries want more facets, and what is least exact, the dense side, must not send back more than came.
+            // Smooth boundaries want more facets, and what is least exact, the dense side, must not send back more than
+            // came.
             let a = albedo(mu, alpha, if side == 0 { eta } else { 1.0 / eta }, if j < 3 { 120 } else { 72 });
             let lowered = [1.0, 0.9985][side];
             let missing = lowered * (1.0 - a.boundary).max(0.0) / f64::from(boundary_range(j));
@@ -160,7 +162,8 @@ fn write_the_tables() {
     std::fs::write(concat!(env!("CARGO_MANIFEST_DIR"), "/src/scene/bsdf/albedo/tables.bin"), *bytes).unwrap();
 }
 
-/// Fractions in [0, 1) that fill the unit cube evenly: a Kronecker sequence in the powers of the plastic number's cousin for 3.
+/// Fractions in [0, 1) that fill the unit cube evenly: a Kronecker sequence in the powers of the plastic number's
+/// cousin for 3.
 fn even(i: u32) -> [f64; 3] {
     [0.819_172_513_396_164_5, 0.671_043_606_703_789_2, 0.549_700_477_901_970_3]
         .map(|step| (0.5 + step * f64::from(i)).fract())

@@ -1,7 +1,8 @@
-//! The white furnace: a surface that absorbs nothing sends back all of a uniform light, at every roughness, index and angle.
+//! The white furnace: a surface that absorbs nothing sends back all of a uniform light, at every roughness, index and
+//! angle.
 //!
-//! Oracle: 1, and no table of ours: weights f cos/pdf of samples. It would catch a lobe that
-//! is missing or counted twice, a base that is not divided by the mean of what reaches it, and tables that are wrong or too coarse.
+//! Oracle: 1, and no table of ours: weights f cos/pdf of samples. It would catch a lobe that is missing or counted
+//! twice, a base that is not divided by the mean of what reaches it, and tables that are wrong or too coarse.
 
 use super::*;
 
@@ -88,12 +89,14 @@ fn rough_glass_and_panes_lose_nothing() {
     assert_white(bsdfs.into_iter());
 }
 
-/// What no white surface shows: a tinted metal darkens by its own colour between facets, as Kulla & Conty's series has it.
+/// What no white surface shows: a tinted metal darkens by its own colour between facets, as Kulla & Conty's series has
+/// it.
 #[test]
 fn light_between_facets_takes_on_the_colour_of_a_metal() {
     let metal = |color| Bsdf::MetallicRoughness(MetallicRoughness::metal(Rgb::splat(color), 1.0));
     let known = Vec3::Z;
-    // E₁ = 1 − ln 2 towards the normal; F_avg = c + (1 − c)/21; E₁'s mean from the furnace of a white metal, E₁ + (1 − E₁) = 1.
+    // E₁ = 1 − ln 2 towards the normal; F_avg = c + (1 − c)/21; E₁'s mean from the furnace of a white metal, E₁ + (1 −
+    // E₁) = 1.
     let average = f64::from(albedo::Split::average(1.0).missing);
     for color in [0.2_f32, 0.5, 0.9] {
         let c = f64::from(color);

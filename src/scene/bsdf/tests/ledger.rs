@@ -1,8 +1,9 @@
 //! The flux ledger of an interface: what arrives is reflected, transmitted or absorbed, whichever way a walk goes.
 //!
-//! Oracle: Fresnel's equations, Schlick's and Lambert's in f64, and the reciprocity of flux: from a direction the same parts are reflected
-//! and transmitted by walks of radiance, with the η² that they gain (Veach 5.2), and of importance, without.
-//! It would catch an η² on the wrong side or missing, a transmittance that forgets its tint, and a loss at the critical angle.
+//! Oracle: Fresnel's equations, Schlick's and Lambert's in f64, and the reciprocity of flux: from a direction the same
+//! parts are reflected and transmitted by walks of radiance, with the η² that they gain (Veach 5.2), and of importance,
+//! without. It would catch an η² on the wrong side or missing, a transmittance that forgets its tint, and a loss at the
+//! critical angle.
 
 use super::*;
 

@@ -1,7 +1,9 @@
-//! The values of a rough dielectric's lobes against their formulas, in f64 and with angles and tangents where the code has neither.
+//! The values of a rough dielectric's lobes against their formulas, in f64 and with angles and tangents where the code
+//! has neither.
 //!
-//! Oracle: Walter et al. 2007, eqs. 20 (reflection), 21 (refraction) and 33 (D), with Smith's Λ of Heitz 2014, eqs. 72 and 99. It would catch
-//! a wrong shadowing, Jacobian or η² in a value: densities and bounds on the energy see none that only darkens.
+//! Oracle: Walter et al. 2007, eqs. 20 (reflection), 21 (refraction) and 33 (D), with Smith's Λ of Heitz 2014, eqs. 72
+//! and 99. It would catch a wrong shadowing, Jacobian or η² in a value: densities and bounds on the energy see none
+//! that only darkens.
 
 use glam::DVec3;
 

@@ -15,8 +15,8 @@ use super::{
     Bounds, Coincident, Geometry, Hidden, MARGIN, OFFSET, PARALLEL, PrimitiveId, Rank, Role, Sharing, compete,
 };
 
-/// How many pairs of triangles may be compared among instances, and of instances with the world: some seconds' worth of each. What is
-/// not compared counts as coincident everywhere, which costs time and changes nothing else.
+/// How many pairs of triangles may be compared among instances, and of instances with the world: some seconds' worth of
+/// each. What is not compared counts as coincident everywhere, which costs time and changes nothing else.
 const MOST_COMPARED: u64 = 1 << 25;
 /// How many boxes a triangle may have. With more, it counts as hidden everywhere.
 const MOST_BOXES: usize = 64;
@@ -190,7 +190,8 @@ impl Geometry {
         Some(Placed { number, instance, mesh, tree: self.meshes[instance.mesh as usize].tree.as_ref()? })
     }
 
-    /// Calls `visit` with the triangles of an instance that overlap the triangle `id` with these corners; returns how many it compared.
+    /// Calls `visit` with the triangles of an instance that overlap the triangle `id` with these corners; returns how
+    /// many it compared.
     fn overlaps(
         &self,
         corners: [DVec3; 3],
@@ -264,7 +265,8 @@ fn most_error(mesh: &Mesh) -> f32 {
     OFFSET * 3_f32.sqrt() * Mesh::error_at_most(size)
 }
 
-/// The triangles of a mesh that coincide with others of it, with boxes in the mesh's space. Planes have at least the error `error`.
+/// The triangles of a mesh that coincide with others of it, with boxes in the mesh's space. Planes have at least the
+/// error `error`.
 fn overlaps_within(mesh: &Mesh, tree: &Tree, error: f32, roles: &[Role]) -> Vec<Found> {
     let role = |index: u32| roles[mesh.material(index).0 as usize];
     // Of triangles of one instance, ids have the order of the mesh.

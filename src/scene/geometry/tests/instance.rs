@@ -4,7 +4,8 @@ use glam::{DQuat, DVec3, vec3};
 
 use super::*;
 
-/// Placements of every kind: rotated, mirrored, stretched, sheared, tiny, huge, far away, and far away in their own space.
+/// Placements of every kind: rotated, mirrored, stretched, sheared, tiny, huge, far away, and far away in their own
+/// space.
 fn placements() -> Vec<(&'static str, DAffine3)> {
     let turn = DQuat::from_axis_angle(DVec3::new(0.48, 0.6, 0.64), 1.1);
     let srt = |s: DVec3, t: DVec3| DAffine3::from_scale_rotation_translation(s, turn, t);
@@ -82,8 +83,8 @@ fn an_instance_is_what_its_flattened_triangles_are() {
             let reach = ray.origin.distance(b.position);
             let allowed = (a.error + b.error + grain) * 4.0 / cos + 1e-5 * reach / cos;
             assert!(off <= allowed, "{name}: {off} of {allowed}");
-            // Flattened normals suffer from the rounded vertices, most where triangles are small against their place, and
-            // interpolated ones from rays that are rounded in the mesh's space.
+            // Flattened normals suffer from the rounded vertices, most where triangles are small against their place,
+            // and interpolated ones from rays that are rounded in the mesh's space.
             let size = tight.max.distance(tight.min);
             let turn = 60.0 * (grain + a.error) / size + 2e-5;
             assert!(a.normal.distance(b.normal) < 20.0 * turn, "{name}: {} {}", a.normal, b.normal);

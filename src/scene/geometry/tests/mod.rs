@@ -166,7 +166,8 @@ fn the_tree_answers_as_no_tree_does() {
         let indices: Vec<_> = (0..corners.len() as u32).map(|i| [3 * i, 3 * i + 1, 3 * i + 2]).collect();
         g.add_triangles(corners.as_flattened(), None, &indices, M);
         if case % 2 == 0 {
-            // The same triangles once more as a mesh: in place, where every hit has an equal one in world space, and elsewhere.
+            // The same triangles once more as a mesh: in place, where every hit has an equal one in world space, and
+            // elsewhere.
             let mut mesh = Mesh::default();
             mesh.add_triangles(corners.as_flattened(), None, &indices, M);
             let mesh = g.add_mesh(mesh);

@@ -148,7 +148,8 @@ fn a_convex_mesh_does_not_shadow_itself() {
                 let sun = ray(origin, out);
                 assert!(!g.occluded(&sun, [id, PrimitiveId::NONE]), "{size} {center} {instanced}: sun at {s:?}");
                 let from_lamp = Ray::between(lamp, origin);
-                // A lamp within the offset of the surface, or one whose coordinates are too coarse for its direction, says nothing.
+                // A lamp within the offset of the surface, or one whose coordinates are too coarse for its direction,
+                // says nothing.
                 let to_lamp = lamp - s.position;
                 if s.normal.dot(to_lamp) < (8.0 * s.error).max(1e-2 * to_lamp.length()) {
                     continue;
