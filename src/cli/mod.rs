@@ -137,9 +137,10 @@ mod tests {
 
     /// What `--help` prints, command by command.
     fn reference() -> String {
-        let mut page = "# Options\n\nWhat `pathspace COMMAND --help` prints. A test writes this page \
-            (`PATHSPACE_WRITE_DOCS=1 cargo test --release reference`)\nand keeps it current.\n"
-            .to_owned();
+        let mut page =
+            "# Options\n\nWhat `pathspace COMMAND --help` prints. A test keeps this page current, and writes it with\n\
+            `PATHSPACE_WRITE_DOCS=1 cargo test --release reference`.\n"
+                .to_owned();
         let mut program = Cli::command().term_width(100).after_help("");
         program.build();
         for command in program.get_subcommands_mut().filter(|command| command.get_name() != "help") {

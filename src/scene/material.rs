@@ -2,6 +2,7 @@
 
 use glam::{Vec2, Vec3, Vec4Swizzles as _};
 
+pub use super::geometry::MaterialId;
 use super::{
     bsdf::{Bsdf, Dielectric, Diffuse, MetallicRoughness, ThinDielectric},
     geometry::{Interpolation, Precedence, Role, TangentFrame},
@@ -9,10 +10,6 @@ use super::{
     tilt::lifted,
 };
 use crate::math::Rgb;
-
-/// The index of a material in its scene.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub struct MaterialId(pub u32);
 
 /// A surface's scattering, its coverage, its emission, and the absorption of the volume behind it.
 #[derive(Clone, Debug)]

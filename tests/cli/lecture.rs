@@ -6,10 +6,11 @@ use crate::{Run, code, stderr};
 
 const PAGE: &str = include_str!("../../docs/lecture.md");
 
-/// The commands between the fences of shell code.
-fn commands() -> impl Iterator<Item = &'static str> {
+/// The commands between the fences of shell code; a line that ends with a backslash goes on in the next.
+fn commands() -> Vec<String> {
     let blocks = PAGE.split("```sh\n").skip(1).map(|rest| rest.split("```").next().unwrap_or_default());
-    blocks.flat_map(str::lines)
+    let text = blocks.collect::<String>().replace("\\\n", "");
+    text.lines().map(str::to_owned).collect()
 }
 
 #[test]
@@ -18,7 +19,7 @@ fn every_command_of_the_lecture_runs() {
     std::os::unix::fs::symlink(concat!(env!("CARGO_MANIFEST_DIR"), "/scenes"), run.path("scenes")).unwrap();
     let mut ran = 0;
     for command in commands() {
-        let mut words: Vec<_> = command.split(' ').map(|word| word.trim_matches('\'').to_owned()).collect();
+        let mut words: Vec<_> = command.split_whitespace().map(|word| word.trim_matches('\'').to_owned()).collect();
         assert_eq!(words.remove(0), "pathspace", "{command}");
         for i in 1..words.len() {
             match words[i - 1].as_str() {

@@ -4,8 +4,8 @@ use std::collections::{BTreeMap, HashMap};
 
 use glam::{DVec3, Vec3};
 
+use super::MaterialId;
 use super::{Bounds, Geometry, mesh::Mesh};
-use crate::scene::material::MaterialId;
 
 /// All surfaces of one material, as the boundary of a body.
 #[derive(Clone, Copy, Debug, PartialEq)]
