@@ -106,7 +106,7 @@ fn bsdf_sample(bencher: Bencher<'_, '_>, name: &str) {
         numbers
             .iter()
             .filter_map(|u| black_box(&bsdf).sample(known, Transport::Radiance, *u))
-            .map(|s| s.scatter.f.x)
+            .map(|s| s.scatter.f.r())
             .sum::<f32>()
     });
 }
@@ -119,7 +119,7 @@ fn bsdf_eval(bencher: Bencher<'_, '_>, name: &str) {
     let directions: Vec<_> = (0..MANY).map(|_| (2.0 * sampler.next_3d() - 1.0).normalize()).collect();
     bencher
         .counter(ItemsCount::new(MANY))
-        .bench(|| directions.iter().map(|w| black_box(&bsdf).eval(Lobe::Continuous, known, *w).f.x).sum::<f32>());
+        .bench(|| directions.iter().map(|w| black_box(&bsdf).eval(Lobe::Continuous, known, *w).f.r()).sum::<f32>());
 }
 
 /// Connections of three camera vertices and three light vertices, without their rays.
@@ -133,7 +133,7 @@ fn connection(bencher: Bencher<'_, '_>, name: &str) {
         pairs
             .iter()
             .filter_map(|(c, l): &(Subpath, Subpath)| joined((&c.steps()[..3], l)))
-            .map(|p| p.contribution().x)
+            .map(|p| p.contribution().r())
             .sum::<f32>()
     });
 }

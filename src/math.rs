@@ -1,15 +1,10 @@
-//! Vectors, colours and frames: the small mathematics everything above shares.
+//! Colours and frames: the small mathematics everything above shares.
+
+mod rgb;
 
 use glam::Vec3;
 
-/// Linear RGB with Rec. 709 primaries: a radiance (W/(m² sr) or nit), an importance or a reflectance per channel.
-pub type Rgb = Vec3;
-
-/// Rec. 709 luminance of a linear colour, in the colour's own unit.
-#[inline]
-pub fn luminance(c: Rgb) -> f32 {
-    c.dot(Vec3::new(0.212_639, 0.715_169, 0.072_192))
-}
+pub use self::rgb::{Rgb, luminance};
 
 /// An orthonormal right-handed basis around a unit normal, which is its third axis.
 #[derive(Clone, Copy, Debug)]

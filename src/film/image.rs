@@ -29,7 +29,7 @@ impl Image {
     /// The mean of all pixels; zero for an empty image.
     pub fn mean(&self) -> Rgb {
         let sum: DVec3 = self.pixels.iter().map(|p| p.as_dvec3()).sum();
-        (sum / self.pixels.len().max(1) as f64).as_vec3()
+        Rgb::from(sum / self.pixels.len().max(1) as f64)
     }
 }
 

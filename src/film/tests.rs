@@ -20,7 +20,7 @@ fn film(filter: Filter, crop: Option<Crop>) -> Film {
 fn deposit(film: &Film, i: u32) {
     let mut sampler = Independent::new(1, i, 0, Stream::Camera);
     let place = sampler.next_2d() * Vec2::new(14.0, 11.0) - Vec2::splat(2.5);
-    film.deposit(Raster(place), sampler.next_3d() * 3.0, Half::of_pass(i));
+    film.deposit(Raster(place), (sampler.next_3d() * 3.0).into(), Half::of_pass(i));
 }
 
 #[test]
@@ -118,7 +118,7 @@ fn no_filter_makes_a_finite_deposit_infinite() {
         let film = film(filter, None);
         film.deposit(Raster(Vec2::new(4.5, 3.5)), Rgb::new(f32::MAX, f32::MIN, 0.0), Half::Even);
         let pixel = film.image(1).get(4, 3);
-        assert!(pixel.x > 0.8 * f32::MAX && pixel.y == -pixel.x && pixel.z == 0.0 && film.errors().is_empty());
+        assert!(pixel.r() > 0.8 * f32::MAX && pixel.g() == -pixel.r() && pixel.b() == 0.0 && film.errors().is_empty());
     }
 }
 

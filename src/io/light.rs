@@ -110,7 +110,7 @@ pub(super) fn light(
     let at = format!("/extensions/KHR_lights_punctual/lights/{index}");
     let lights: &[khr_lights_punctual::Light] = root.as_ref();
     let Some(light) = lights.get(index) else { return Err(Fault::invalid(at, "there is no such light")) };
-    let intensity = Vec3::from(light.color) * light.intensity;
+    let intensity = Rgb::from_array(light.color) * light.intensity;
     if !intensity.is_finite() || intensity.min_element() < 0.0 {
         return Err(Fault::invalid(at, "the colour times the intensity is not a finite, non-negative light"));
     }
@@ -119,7 +119,7 @@ pub(super) fn light(
             format!("the colour times the intensity is {:e}, and {BRIGHTEST:e} is the limit", intensity.max_element());
         return Err(Fault::invalid(at, what));
     }
-    if intensity == Vec3::ZERO {
+    if intensity == Rgb::ZERO {
         return Ok(None);
     }
     if light.range.is_some() {

@@ -152,9 +152,9 @@ impl Reader<'_, '_> {
             maps.normal = texture.map(|texture| NormalMap { texture, scale });
         }
         let strength = ext.and_then(|e| e.emissive_strength.as_ref()).map_or(1.0, |e| e.emissive_strength.0);
-        let emission = Vec3::from(m.emissive_factor.0) * strength;
+        let emission = Rgb::from_array(m.emissive_factor.0) * strength;
         let mut emission = self.color("emissiveFactor", emission, f32::MAX)?;
-        let brightest = maps.emission.as_ref().map_or(Vec3::ONE, |texture| texture.extremes()[1].truncate());
+        let brightest = maps.emission.as_ref().map_or(Rgb::ONE, |texture| texture.extremes()[1].truncate().into());
         let brightest = (emission * brightest).max_element();
         if brightest > BRIGHTEST {
             let what = format!("the emission is {brightest:e} nit, and {BRIGHTEST:e} is the limit");
@@ -167,7 +167,7 @@ impl Reader<'_, '_> {
         let factors = maps.factors;
         let mut absorption = Rgb::ZERO;
         if let Some(volume) = volume.filter(|_| factors.boundary == Boundary::Volume) {
-            let color = Vec3::from(volume.attenuation_color.0);
+            let color = Rgb::from_array(volume.attenuation_color.0);
             absorption = self.absorption(color, volume.attenuation_distance.0)?;
         }
         let back_faces = if m.double_sided { BackFaces::Drawn } else { BackFaces::Culled };
@@ -191,12 +191,12 @@ impl Reader<'_, '_> {
         let transmission = ext.and_then(|e| e.transmission.as_ref()).map_or(0.0, |t| t.transmission_factor.0);
         let ior = ext.and_then(|e| e.ior.as_ref()).map_or(1.5, |i| i.ior.0);
 
-        let base_color = self.color("baseColorFactor", Vec3::from_slice(&pbr.base_color_factor.0), 1.0)?;
+        let base_color = self.color("baseColorFactor", Vec3::from_slice(&pbr.base_color_factor.0).into(), 1.0)?;
         let metallic = self.number("metallicFactor", pbr.metallic_factor.0, 0.0, 1.0)?;
         let roughness = self.number("roughnessFactor", pbr.roughness_factor.0, 0.0, 1.0)?;
         let transmission = self.number("transmissionFactor", transmission, 0.0, 1.0)?;
         let weight = self.number("specularFactor", specular.map_or(1.0, |s| s.specular_factor.0), 0.0, 1.0)?;
-        let tint = Vec3::from(specular.map_or([1.0; 3], |s| s.specular_color_factor.0));
+        let tint = Rgb::from_array(specular.map_or([1.0; 3], |s| s.specular_color_factor.0));
         let specular_color = self.color("specularColorFactor", tint, f32::MAX)?;
         // 0 stands for an infinite index: a surface that reflects everything (KHR_materials_ior, "ior = 0").
         let ior = if ior == 0.0 { 0.0 } else { self.number("ior", ior, 1.0, f32::MAX)? };
@@ -233,7 +233,7 @@ impl Reader<'_, '_> {
         if least >= 0.5 {
             return Ok(Boundary::Opaque);
         }
-        let tinted = p.specular != 1.0 || p.specular_color != Vec3::ONE;
+        let tinted = p.specular != 1.0 || p.specular_color != Rgb::ONE;
         if tinted || maps.specular.is_some() || maps.specular_color.is_some() {
             self.warnings.push(format!(
                 "material {name} transmits: KHR_materials_specular is not applied to it, its index of refraction is"
@@ -283,7 +283,7 @@ impl Reader<'_, '_> {
     }
 
     /// σ_a = −ln(attenuationColor) / attenuationDistance (KHR_materials_volume).
-    fn absorption(&mut self, color: Vec3, distance: f32) -> Result<Rgb, Fault> {
+    fn absorption(&mut self, color: Rgb, distance: f32) -> Result<Rgb, Fault> {
         let color = self.color("attenuationColor", color, 1.0)?;
         // Exporters write 0 for "no absorption"; NaN and infinity cannot be written in JSON.
         if distance <= 0.0 {
@@ -295,9 +295,9 @@ impl Reader<'_, '_> {
             return Ok(Rgb::ZERO);
         }
         let distance = self.number("attenuationDistance", distance.min(f32::MAX), f32::MIN_POSITIVE, f32::MAX)?;
-        let absorption = color.max(Vec3::splat(DARKEST)).map(|c| -c.ln() / distance);
+        let absorption = color.max(Rgb::splat(DARKEST)).map(|c| -c.ln() / distance);
         // −0 from a white colour, and the infinity that a tiny distance makes of anything else.
-        Ok(absorption.clamp(Vec3::ZERO, Vec3::splat(f32::MAX)) + Vec3::ZERO)
+        Ok(absorption.max(Rgb::ZERO).min(Rgb::splat(f32::MAX)) + Rgb::ZERO)
     }
 
     fn number(&mut self, what: &str, value: f32, min: f32, max: f32) -> Result<f32, Fault> {
@@ -312,11 +312,11 @@ impl Reader<'_, '_> {
         Ok(clamped)
     }
 
-    fn color(&mut self, what: &str, value: Vec3, max: f32) -> Result<Vec3, Fault> {
-        Ok(Vec3::new(
-            self.number(what, value.x, 0.0, max)?,
-            self.number(what, value.y, 0.0, max)?,
-            self.number(what, value.z, 0.0, max)?,
+    fn color(&mut self, what: &str, value: Rgb, max: f32) -> Result<Rgb, Fault> {
+        Ok(Rgb::new(
+            self.number(what, value.r(), 0.0, max)?,
+            self.number(what, value.g(), 0.0, max)?,
+            self.number(what, value.b(), 0.0, max)?,
         ))
     }
 }

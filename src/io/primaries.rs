@@ -107,7 +107,7 @@ impl Colors {
     /// Takes pixels to linear Rec. 709. Colours outside of its gamut get negative channels.
     pub(super) fn convert(self, pixels: &mut [Rgb]) {
         if let Self::Other(matrix) = self {
-            pixels.iter_mut().for_each(|pixel| *pixel = (matrix * pixel.as_dvec3()).as_vec3());
+            pixels.iter_mut().for_each(|pixel| *pixel = (matrix * pixel.as_dvec3()).into());
         }
     }
 }

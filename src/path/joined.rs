@@ -417,7 +417,7 @@ impl<'a> JoinedPath<'a> {
     /// A path that area sampling drew, with its V: F/p straight from the definition. `steps` is storage for its
     /// vertices. `None` if it contributes nothing.
     pub fn by_areas(scene: &'a Scene, path: &Path<'_>, steps: &'a mut Vec<Step>, raster: Raster) -> Option<Self> {
-        let value = (path.contribution() / path.pdf_area()).as_vec3();
+        let value = Rgb::from(path.contribution() / path.pdf_area());
         steps.clear();
         steps.extend(path.vertices().iter().map(|v| Step { beta: Rgb::ONE, ..Step::first(v.point, PdfArea(1.0)) }));
         for (step, v) in steps.iter_mut().skip(1).zip(path.visibility()) {

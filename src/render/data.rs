@@ -67,15 +67,14 @@ impl Renderer<'_> {
             SamplerKind::Sobol => self.sums_of::<Sobol>(*pixel),
         };
         let all: Vec<Sums> = pixels.par_iter().map(of_pixel).collect();
-        let mean = |of: fn(&Sums) -> DVec3| {
-            all.iter().map(|s| (of(s) / f64::from(s.hits.max(1))).as_vec3()).collect::<Vec<_>>()
-        };
+        let mean = |s: &Sums, sum: DVec3| sum / f64::from(s.hits.max(1));
+        let mean_normal = |of: fn(&Sums) -> DVec3| all.iter().map(|s| mean(s, of(s)).as_vec3()).collect();
         let id = |i: usize| all.iter().map(|s| s.first.map_or(0, |ids| ids[i])).collect();
         Data {
             hits: all.iter().map(|s| s.hits as f32 / s.samples.max(1) as f32).collect(),
-            albedo: mean(|s| s.albedo),
-            shading_normal: mean(|s| s.shading_normal),
-            normal: mean(|s| s.normal),
+            albedo: all.iter().map(|s| mean(s, s.albedo).into()).collect(),
+            shading_normal: mean_normal(|s| s.shading_normal),
+            normal: mean_normal(|s| s.normal),
             position: self.positions(&all),
             depth: all.iter().map(|s| (s.depth / f64::from(s.hits.max(1))) as f32).collect(),
             material: id(0),
@@ -184,7 +183,7 @@ mod tests {
                 }
                 assert_eq!((*hits, data.material[pixel], data.instance[pixel]), (1.0, 2, 0), "row {row}");
                 assert!((1..=2).contains(&data.primitive[pixel]));
-                assert!((data.albedo[pixel] - Rgb::new(0.8, 0.1, 0.2)).length() < 1e-6);
+                assert!((data.albedo[pixel] - Rgb::new(0.8, 0.1, 0.2)).abs().element_sum() < 1e-6);
                 assert_eq!((data.normal[pixel], data.shading_normal[pixel]), (Vec3::Y, Vec3::Y));
                 assert!(data.position[pixel].y.abs() < 1e-5);
                 // A ray through y on a film from −1 to 1 meets the floor at depth 1/y: the mean over the row is

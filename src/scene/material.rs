@@ -1,6 +1,6 @@
 //! Materials: what a surface is made of, before it is resolved at a point.
 
-use glam::{Vec2, Vec3, Vec4Swizzles as _};
+use glam::{Vec2, Vec3, Vec4};
 
 pub use super::geometry::MaterialId;
 use super::{
@@ -106,7 +106,7 @@ impl Parameters {
             base_color: color,
             metallic,
             alpha,
-            dielectric_f0: (specular_color * (r * r)).min(Vec3::ONE) * specular,
+            dielectric_f0: (specular_color * (r * r)).min(Rgb::ONE) * specular,
             dielectric_f90: specular,
         })
     }
@@ -167,10 +167,10 @@ impl Maps {
     pub fn parameters(&self, at: &Interpolation<'_>) -> Parameters {
         let mut p = self.factors;
         if let Some(texture) = &self.base_color {
-            p.base_color *= texture.lookup(at.uv(texture.uv_set)).xyz();
+            p.base_color *= rgb(texture.lookup(at.uv(texture.uv_set)));
         }
         if self.vertex_colors == VertexColors::BaseColor {
-            p.base_color *= at.color().xyz();
+            p.base_color *= rgb(at.color());
         }
         if let Some(texture) = &self.metallic_roughness {
             let texel = texture.lookup(at.uv(texture.uv_set));
@@ -184,15 +184,15 @@ impl Maps {
             p.specular *= texture.lookup(at.uv(texture.uv_set)).w;
         }
         if let Some(texture) = &self.specular_color {
-            p.specular_color *= texture.lookup(at.uv(texture.uv_set)).xyz();
+            p.specular_color *= rgb(texture.lookup(at.uv(texture.uv_set)));
         }
         p
     }
 
     /// What a material's emission is multiplied by at a place, in [0, 1] per channel.
     pub fn emission(&self, at: &Interpolation<'_>) -> Rgb {
-        let texel = self.emission.as_ref().map_or(Rgb::ONE, |texture| texture.lookup(at.uv(texture.uv_set)).xyz());
-        if self.vertex_colors == VertexColors::Emission { texel * at.color().xyz() } else { texel }
+        let texel = self.emission.as_ref().map_or(Rgb::ONE, |texture| rgb(texture.lookup(at.uv(texture.uv_set))));
+        if self.vertex_colors == VertexColors::Emission { texel * rgb(at.color()) } else { texel }
     }
 
     /// What a base colour factor's alpha is multiplied by at a place, in [0, 1].
@@ -243,7 +243,7 @@ impl NormalMap {
     /// One that the texture tilts below the surface is lifted to the horizon: turned about, it would lean the other
     /// way.
     pub fn shading_normal(&self, uv: Vec2, frame: &TangentFrame, n_g: Vec3) -> Vec3 {
-        let texel = self.texture.lookup(uv).xyz();
+        let texel = self.texture.lookup(uv).truncate();
         let local = (2.0 * texel - 1.0) * Vec3::new(self.scale, self.scale, 1.0);
         let n = frame.tangent * local.x + frame.bitangent * local.y + frame.normal * local.z;
         let side = 1.0_f32.copysign(frame.normal.dot(n_g));
@@ -350,7 +350,7 @@ impl Material {
     /// A bound on the emitted radiance in each channel: the factor times the greatest texel.
     pub fn brightest(&self) -> Rgb {
         let texture = self.maps.as_ref().and_then(|maps| maps.emission.as_ref());
-        texture.map_or(self.emission, |texture| self.emission * texture.extremes()[1].xyz())
+        texture.map_or(self.emission, |texture| self.emission * rgb(texture.extremes()[1]))
     }
 
     /// The index of refraction of the volume that its surfaces bound; `None` if there is no volume.
@@ -418,4 +418,10 @@ impl Material {
         self.emission = radiance;
         self
     }
+}
+
+/// A texel or a vertex colour without its alpha.
+#[inline]
+fn rgb(rgba: Vec4) -> Rgb {
+    rgba.truncate().into()
 }

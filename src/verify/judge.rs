@@ -260,8 +260,7 @@ impl<'a> Evidence<'a> {
             (0..3).filter(|c| whole[*c] > 0.0).map(|c| part[c] / whole[c]).fold(0.0, f64::max)
         };
         let luminance = |e: &Estimate| e.mean()[3..].iter().sum::<f64>();
-        let rgb =
-            |[r, g, b]: [f64; 3]| f64::from(crate::math::luminance(glam::Vec3::new(r as f32, g as f32, b as f32)));
+        let rgb = |[r, g, b]: [f64; 3]| f64::from(crate::math::Rgb::new(r as f32, g as f32, b as f32).luminance());
         let (visible, share) = (largest(comparison.visible, reference), largest(light, reference));
         let longer = self.longer(pair, scope, bar, level, reference);
         let differs = comparison.differs();

@@ -55,12 +55,12 @@ fn a_scene_without_light_gets_a_neutral_environment_that_is_announced() {
     let (said, image) = render(&[]);
     assert_eq!(said.matches("no light").count(), 1, "{said}");
     let corner = image.get(0, 0);
-    assert!((corner.x - 1.0).abs() < 0.2, "the background is the environment: {corner}");
+    assert!((corner.r() - 1.0).abs() < 0.2, "the background is the environment: {corner}");
     let (said, _) = render(&["--env-color", "2"]);
     assert!(!said.contains("no light"), "{said}");
     let glaring = ["render", "-q", "dark.gltf", "--env-color", "1e20", "--env-scale", "1e20"];
     refused(&run.pathspace(&glaring), 2, "the limit");
     let (said, image) = render(&["--env-color", "0"]);
     assert!(said.contains("black"), "{said}");
-    assert_eq!(image.get(0, 0).x, 0.0);
+    assert_eq!(image.get(0, 0).r(), 0.0);
 }

@@ -139,7 +139,7 @@ fn both_orders_of_a_flush_lamp_give_the_same_image() {
     };
     // Which of the two a ray is found to hit first is a rounding, and the lamp's point is found from there.
     let (a, b) = (image(true), image(false));
-    let apart: f32 = a.iter().zip(&b).map(|(a, b)| (a - b).abs().element_sum()).sum();
+    let apart: f32 = a.iter().zip(&b).map(|(a, b)| (*a - *b).abs().element_sum()).sum();
     let all: f32 = a.iter().map(|a| a.element_sum()).sum();
     assert!(all > 0.0 && apart < 1e-4 * all, "{apart} of {all}");
 }

@@ -51,7 +51,7 @@ fn add_layer(g: &mut Geometry, wide: f32, [low, high]: [f32; 2], material: u32) 
 
 fn glass(ior: f32, absorption: DVec3) -> Material {
     let mut glass = Material::glass("glass", ior);
-    glass.absorption = absorption.as_vec3();
+    glass.absorption = absorption.into();
     glass
 }
 

@@ -329,7 +329,7 @@ fn lamps_in_a_crowd_light_what_is_below_them() {
         let mut renderer = Renderer::new(&scene, &settings);
         (0..passes).for_each(|_| renderer.pass());
         let pixels = renderer.film().image(passes).pixels;
-        let found = pixels.iter().map(|p| f64::from(p.x)).sum::<f64>() / pixels.len() as f64;
+        let found = pixels.iter().map(|p| f64::from(p.r())).sum::<f64>() / pixels.len() as f64;
         println!("{integrator}, lights by {choice}: {found:.4e} for {expected:.4e}");
         assert!((found / expected - 1.0).abs() < tolerance, "{integrator} {choice}: {found} for {expected}");
     }

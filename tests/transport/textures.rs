@@ -180,7 +180,7 @@ fn a_textured_emitter_lights_a_point_as_its_texels_say() {
     let traced = scene.trace_ray(v(0.2, 0.1, 0.1), -Vec3::Y, PrimitiveId::NONE, |_| true);
     let at = scene.point_at(&traced.ray, &traced.hit.expect("the plane lies below"));
     // Next-event samples of all lights, those of the lamp counted; the numbers are Roberts's R3 sequence.
-    let (count, mut sampled) = (1_u32 << 18, Vec3::ZERO);
+    let (count, mut sampled) = (1_u32 << 18, Rgb::ZERO);
     for i in 0..count {
         let fract = |alpha: f64| (0.5 + f64::from(i) * alpha).fract() as f32;
         let u = Vec2::new(fract(0.819_172_513_396_164_4), fract(0.671_043_606_703_789_2));
@@ -194,13 +194,13 @@ fn a_textured_emitter_lights_a_point_as_its_texels_say() {
     sampled /= count as f32;
     let lamp = [v(-0.8, 0.6, -0.8), v(0.8, 0.6, -0.8), v(0.8, 0.7, 0.8), v(-0.8, 0.7, 0.8)];
     let texture = scene.materials()[1].maps.as_ref().and_then(|maps| maps.emission.clone()).expect("a textured lamp");
-    let (n, mut expected) = (400_u32, Vec3::ZERO);
+    let (n, mut expected) = (400_u32, Rgb::ZERO);
     let (across, along) = (lamp[1] - lamp[0], lamp[3] - lamp[0]);
     let normal = across.cross(along);
     for i in 0..n * n {
         let uv = Vec2::new((i % n) as f32 + 0.5, (i / n) as f32 + 0.5) / n as f32;
         let to = lamp[0] + across * uv.x + along * uv.y - at.position;
-        let radiance = 5.0 * texture.lookup(uv).truncate();
+        let radiance = 5.0 * Rgb::from(texture.lookup(uv).truncate());
         let (d, w) = (to.length_squared(), to.normalize());
         expected += radiance * (w.y * normal.dot(-w).max(0.0) / d) / (n * n) as f32;
     }

@@ -148,8 +148,8 @@ fn place(loaded: &Loaded, p: Vec3) -> Value {
     if loaded.centre == DVec3::ZERO { vector(p) } else { json!((loaded.centre + p.as_dvec3()).to_array()) }
 }
 
-fn vector(v: Vec3) -> Value {
-    Value::Array(v.to_array().map(number).to_vec())
+fn vector(v: impl Into<Vec3>) -> Value {
+    Value::Array(v.into().to_array().map(number).to_vec())
 }
 
 /// The shortest number that is `x` in f32: 0.1, not the 0.10000000149011612 that it is in f64.

@@ -144,7 +144,7 @@ fn lights(loaded: &Loaded) -> String {
     let present: Vec<_> =
         kinds.iter().filter(|(count, _)| *count > 0).map(|(count, kind)| format!("{count} {kind}")).collect();
     if present.is_empty() {
-        format!("none: 'render' adds an environment of radiance {}", NEUTRAL.x)
+        format!("none: 'render' adds an environment of radiance {}", NEUTRAL.r())
     } else {
         present.join(", ")
     }

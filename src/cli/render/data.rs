@@ -1,11 +1,11 @@
 //! `--data`: what the camera sees besides light, and what is known of the image's noise, as channels of the .exr file.
 
 use clap::ValueEnum;
-use glam::Vec3;
 use pathspace::{
     film::{Half, Image, Samples},
     render::{Data, Renderer},
 };
+use std::ops::Index;
 
 use crate::cli::{
     render::args::RenderArgs,
@@ -123,7 +123,7 @@ impl DataArgs {
 struct Channels(Vec<(String, Samples)>);
 
 impl Channels {
-    fn three(&mut self, name: &str, letters: [&str; 3], pixels: &[Vec3]) {
+    fn three(&mut self, name: &str, letters: [&str; 3], pixels: &[impl Index<usize, Output = f32>]) {
         for (i, letter) in letters.into_iter().enumerate() {
             self.float(&format!("{name}.{letter}"), pixels.iter().map(|p| p[i]).collect());
         }

@@ -79,7 +79,7 @@ pub fn choose(
     terminal.say(format_args!(
         "note: the scene has no light, so an environment of radiance {} lights it (--env or --env-color choose \
          another)",
-        NEUTRAL.x * scale
+        NEUTRAL.r() * scale
     ));
     constant(NEUTRAL * scale)
 }
@@ -91,6 +91,6 @@ fn constant(radiance: Rgb) -> Result<Environment, Failure> {
             "the environment's radiance is {brightest:e}, and {BRIGHTEST:e} is the limit (a lower --env-scale helps)"
         )));
     }
-    let recorded = format!("constant {},{},{}", radiance.x, radiance.y, radiance.z);
+    let recorded = format!("constant {},{},{}", radiance.r(), radiance.g(), radiance.b());
     Ok(Environment { light: Some(Light::Environment { radiance }), recorded: Some(recorded) })
 }

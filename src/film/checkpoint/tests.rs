@@ -58,8 +58,8 @@ fn rendered_by(exponent: i32, passes: Range<u32>) -> Rendered {
                 _ => 1e4,
             };
             let value = sampler.next_3d() * factor;
-            film.deposit(place, value, Half::of_pass(pass));
-            layers[i as usize % 2].1.deposit(place, value, Half::of_pass(pass));
+            film.deposit(place, value.into(), Half::of_pass(pass));
+            layers[i as usize % 2].1.deposit(place, value.into(), Half::of_pass(pass));
             coverage.deposit(place, 0.25);
         }
     }

@@ -1,6 +1,7 @@
 //! What is read.
 
 use super::*;
+use crate::math::Rgb;
 use crate::{
     io::{NamedCamera, PunctualLight, ThinLens, View},
     scene::{
@@ -186,15 +187,15 @@ fn materials_become_bsdfs() {
     ]);
     let loaded = load(&document).unwrap();
     let m = &loaded.materials;
-    assert!(matches!(m[0].bsdf, Bsdf::Diffuse(d) if d.albedo == Vec3::new(0.5, 0.25, 0.0)));
+    assert!(matches!(m[0].bsdf, Bsdf::Diffuse(d) if d.albedo == Rgb::new(0.5, 0.25, 0.0)));
     let Bsdf::MetallicRoughness(rough) = m[1].bsdf else { panic!("{:?}", m[1]) };
-    assert!((rough.dielectric_f0 - Vec3::new(0.5 / 9.0, 1.0 / 9.0, 0.5)).length() < 1e-6, "{rough:?}");
+    assert!((rough.dielectric_f0 - Rgb::new(0.5 / 9.0, 1.0 / 9.0, 0.5)).abs().element_sum() < 1e-6, "{rough:?}");
     assert_eq!((rough.alpha, rough.dielectric_f90), (0.25, 0.5));
     assert!(matches!(m[2].bsdf, Bsdf::Dielectric(d) if d.ior == 1.5 && d.transmission == 1.0));
-    let expected = Vec3::new(0.0, 2.0_f32.ln() / 2.0, 1e6_f32.ln() / 2.0);
-    assert!((m[2].absorption - expected).length() < 1e-5, "{}", m[2].absorption);
+    let expected = Rgb::new(0.0, 2.0_f32.ln() / 2.0, 1e6_f32.ln() / 2.0);
+    assert!((m[2].absorption - expected).abs().element_sum() < 1e-5, "{}", m[2].absorption);
     assert!(matches!(m[3].bsdf, Bsdf::Thin(t) if t.transmission == 0.5), "no thickness: no volume");
-    assert_eq!((m[4].emission, m[4].emission_sides), (Vec3::new(8.0, 4.0, 0.0), EmissionSides::Both));
+    assert_eq!((m[4].emission, m[4].emission_sides), (Rgb::new(8.0, 4.0, 0.0), EmissionSides::Both));
     assert!(matches!(m[5].bsdf, Bsdf::MetallicRoughness(_)), "a metal does not transmit");
     assert!(loaded.warnings.is_empty(), "{:?}", loaded.warnings);
 }
@@ -281,7 +282,7 @@ fn lights_and_cameras_stand_in_world_space() {
     let spot = PunctualLight::Spot {
         position: Vec3::new(0., 5., 0.),
         direction: Vec3::Z,
-        intensity: Vec3::new(10., 5., 0.),
+        intensity: Rgb::new(10., 5., 0.),
         inner: 0.0,
         outer: std::f32::consts::FRAC_PI_4,
     };

@@ -7,6 +7,7 @@ use image::{DynamicImage, GrayAlphaImage, GrayImage, ImageFormat, RgbImage, Rgba
 
 use super::*;
 use crate::io::{mesh::Part, pose::Influences, tangent};
+use crate::math::Rgb;
 use crate::scene::{
     geometry::{Attributes, Geometry, Mesh, Placement, PrimitiveId},
     material::{Material, MaterialId, VertexColors},
@@ -141,13 +142,13 @@ fn each_slot_multiplies_its_parameter() {
     let loaded = load(&textured(&encoded(&image, ImageFormat::Png), &material)).unwrap();
     let maps = first(&loaded).maps.as_ref().unwrap();
     let at = loaded.geometry.attributes(PrimitiveId::world(0), Vec2::new(0.3, 0.3));
-    let (p, srgb) = (maps.parameters(&at), Vec3::new(1.0, 0.502_886, 0.033_104_8));
-    assert!((p.base_color - srgb * Vec3::new(0.5, 1.0, 1.0)).abs().max_element() < 1e-6, "{}", p.base_color);
+    let (p, srgb) = (maps.parameters(&at), Rgb::new(1.0, 0.502_886, 0.033_104_8));
+    assert!((p.base_color - srgb * Rgb::new(0.5, 1.0, 1.0)).abs().max_element() < 1e-6, "{}", p.base_color);
     assert!((p.metallic - 0.5 * 0.2).abs() < 1e-6 && (p.roughness - 0.5 * 188.0 / 255.0).abs() < 1e-6);
     assert!((p.specular - 0.5 * 0.8).abs() < 1e-6);
     assert!((p.specular_color - 2.0 * srgb).abs().max_element() < 1e-5);
     assert!((maps.emission(&at) - srgb).abs().max_element() < 1e-6);
-    assert_eq!(first(&loaded).emission, Vec3::new(0.0, 10.0, 10.0));
+    assert_eq!(first(&loaded).emission, Rgb::new(0.0, 10.0, 10.0));
 }
 
 #[test]
@@ -161,7 +162,7 @@ fn vertex_colours_make_a_material_of_their_own() {
     assert_eq!(maps.vertex_colors, VertexColors::BaseColor);
     let at = loaded.geometry.attributes(PrimitiveId::world(0), Vec2::new(0.5, 0.5));
     assert!((at.color() - Vec4::new(1.0, 0.6, 0.5, 0.5)).abs().max_element() < 1e-4, "{}", at.color());
-    assert!((maps.parameters(&at).base_color - Vec3::new(1.0, 0.6, 0.5)).abs().max_element() < 1e-4);
+    assert!((maps.parameters(&at).base_color - Rgb::new(1.0, 0.6, 0.5)).abs().max_element() < 1e-4);
 }
 
 #[test]
@@ -171,8 +172,8 @@ fn unlit_is_an_emitter_of_its_base_colour() {
     let loaded = load(&textured(&encoded(&two_texels(), ImageFormat::Png), &material)).unwrap();
     let at = loaded.geometry.attributes(PrimitiveId::world(0), Vec2::ZERO);
     let maps = first(&loaded).maps.as_ref().unwrap();
-    assert_eq!((first(&loaded).emission, maps.parameters(&at).base_color), (Vec3::ONE, Vec3::ZERO));
-    assert!((maps.emission(&at) - Vec3::new(1.0, 0.502_886, 0.003_035_27)).abs().max_element() < 1e-5);
+    assert_eq!((first(&loaded).emission, maps.parameters(&at).base_color), (Rgb::ONE, Rgb::ZERO));
+    assert!((maps.emission(&at) - Rgb::new(1.0, 0.502_886, 0.003_035_27)).abs().max_element() < 1e-5);
 }
 
 #[test]

@@ -138,7 +138,7 @@ fn a_mirror_keeps_radiance_and_inverts_its_map() {
             continue;
         };
         let w = sample.direction;
-        let kept = sample.scatter.f.x * w.z.abs() / sample.scatter.to_light.0;
+        let kept = sample.scatter.f.r() * w.z.abs() / sample.scatter.to_light.0;
         let low = known.z.abs().min(w.z.abs());
         assert!((kept - 1.0).abs() < 1e-4, "{known}: {kept}");
         let back = reflected(w, Transport::Importance).expect("the way back");

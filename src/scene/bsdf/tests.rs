@@ -108,7 +108,7 @@ fn smooth_clear_glass_loses_nothing() {
                 let sample = bsdf.sample(known, transport, random.next_3d()).expect("nothing is absorbed");
                 let (mut to_camera, mut to_light) = transport.sides(known, sample.direction);
                 let weight = sample.scatter.f / sample.scatter.forward_reverse(transport).0.0;
-                let weight = power(bsdf, transport, (to_camera, to_light), f64::from(weight.x));
+                let weight = power(bsdf, transport, (to_camera, to_light), f64::from(weight.r()));
                 assert!((weight - 1.0).abs() < 2e-5, "{case}: {weight}");
                 if transport == Transport::Importance {
                     (to_camera, to_light) = (to_light, to_camera);
@@ -131,7 +131,7 @@ fn glass_lies_below_the_surface() {
     assert_eq!(glass.relative_ior(to_camera, down.direction), 1.5);
     // Radiance that leaves the glass spreads by Snell's law: f cos = T/η², Veach 5.2.
     let (cos, transmitted) = (-down.direction.z, 1.0 - fresnel::dielectric(0.8, 1.5));
-    assert!((down.scatter.f.x * cos - transmitted / 2.25).abs() < 1e-6);
+    assert!((down.scatter.f.r() * cos - transmitted / 2.25).abs() < 1e-6);
     assert!(follow(&glass, Lobe::Delta(1), -to_camera.with_x(0.9).normalize(), Transport::Radiance).is_none());
 }
 
@@ -194,7 +194,7 @@ fn deltas_lead_back_and_carry_their_jacobian() {
             let tolerance = 1e-6 / known.z.abs().min(there.direction.z.abs());
             assert!((back.direction - known).length() < tolerance, "{case}: back to {}", back.direction);
             let (s, t) = (there.scatter, back.scatter);
-            assert!(close(s.f.x, t.f.x, 1e-3) && close(s.to_light.0, t.to_light.0, 1e-3), "{case}: {s:?} {t:?}");
+            assert!(close(s.f.r(), t.f.r(), 1e-3) && close(s.to_light.0, t.to_light.0, 1e-3), "{case}: {s:?} {t:?}");
             assert!(close(s.to_camera.0, t.to_camera.0, 1e-3), "{case}: {s:?} {t:?}");
 
             // The Jacobian by finite differences of the direction itself, in radiance form, from known to its image.

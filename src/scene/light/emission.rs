@@ -178,7 +178,7 @@ fn footprint(geometry: &Geometry, primitive: PrimitiveId, maps: &Maps) -> f32 {
 fn bound(geometry: &Geometry, primitive: PrimitiveId, maps: &Maps) -> Rgb {
     let Some(texture) = &maps.emission else { return Rgb::ONE };
     let corners = [Vec2::ZERO, Vec2::X, Vec2::Y].map(|b| geometry.attributes(primitive, b).uv(texture.uv_set));
-    texture.bound(corners)
+    texture.bound(corners).into()
 }
 
 #[cfg(test)]
@@ -253,7 +253,7 @@ mod tests {
         let scene = board();
         let map = map_of(&scene, Detail::among(1)).unwrap();
         let n = 512;
-        let (mut integral, mut mean) = (0.0_f64, Vec3::ZERO);
+        let (mut integral, mut mean) = (0.0_f64, Rgb::ZERO);
         let material = &scene.1;
         for cell in 0..n * n {
             let b = Cell::of(cell, n).point(Vec2::splat(1.0 / 3.0), n);
@@ -267,10 +267,10 @@ mod tests {
         integral /= f64::from(n * n);
         mean /= (n * n) as f32;
         assert!((integral - 1.0).abs() < 1e-5, "{integral}");
-        assert!((map.mean() - mean).abs().max_element() < 0.01 * mean.x, "{} for {mean}", map.mean());
+        assert!((map.mean() - mean).abs().max_element() < 0.01 * mean.r(), "{} for {mean}", map.mean());
         // Texel 4 is the first of the second row: u in [0, 1/4], v in [1/4, 1/2]; it emits 2.
         let bright = map.density(Vec2::new(0.12, 0.37));
-        let expected = (1.0 - UNIFORM) * 2.0 / mean.x + UNIFORM;
+        let expected = (1.0 - UNIFORM) * 2.0 / mean.r() + UNIFORM;
         assert!((bright - expected).abs() < 0.02 * expected, "{bright} for {expected}");
         assert_eq!(map.peak(), 2.0);
     }
@@ -304,7 +304,7 @@ mod tests {
     fn black_triangles_are_no_lights_and_even_ones_need_no_cells() {
         assert!(map_of(&triangle(2, vec![0; 4]), Detail::among(1)).is_none());
         let even = map_of(&triangle(2, vec![51; 4]), Detail::among(1)).unwrap();
-        assert!(even.cells.is_none() && (even.mean() - 0.4).abs().max_element() < 1e-5, "{even:?}");
+        assert!(even.cells.is_none() && (even.mean() - Rgb::splat(0.4)).abs().max_element() < 1e-5, "{even:?}");
         // One texel in a million, and a single lookup that misses it: still a light, with a positive density
         // everywhere.
         let mut texels = vec![0; 1 << 20];

@@ -91,7 +91,7 @@ fn a_slab_seen_at_an_angle() {
             let inside = (1.0 - (sin / ior).powi(2)).sqrt();
             let sigma = if absorbing { sigma } else { DVec3::ZERO };
             let mut glass = Material::glass("glass", ior as f32);
-            glass.absorption = sigma.as_vec3();
+            glass.absorption = sigma.into();
             let materials = vec![
                 glass,
                 Material::diffuse("bright", Rgb::ZERO).emitting(Rgb::splat(2.0)),
@@ -164,7 +164,7 @@ fn a_sun_through_a_slab() {
         }
         receiver.add(&mut g, 1);
         let mut glass = Material::glass("glass", ior as f32);
-        glass.absorption = sigma.as_vec3();
+        glass.absorption = sigma.into();
         let sun = Light::Directional { towards: v(sin as f32, 0.0, cos as f32), irradiance: Rgb::splat(3.0) };
         let camera = receiver.orthographic(0.3, scenes::square(8, Filter::Box));
         let scene = Scene::new(g, vec![glass, Receiver::material()], &[sun], camera);
@@ -186,7 +186,7 @@ fn a_camera_inside_glass_sees_the_sky_squeezed() {
     const DEPTH: u32 = 6;
     let (ior, sigma) = (1.5, DVec3::new(0.0, 0.3, 1.0));
     let mut glass = Material::glass("glass", ior as f32);
-    glass.absorption = sigma.as_vec3();
+    glass.absorption = sigma.into();
     let mut g = Geometry::default();
     g.add_sphere(Vec3::ZERO, 1.0, MaterialId(0));
     let from = DVec3::new(0.2, -0.3, 0.25);
@@ -263,7 +263,7 @@ fn seen(ior: f64, a: f64, sigma: DVec3, b: f64) -> DVec3 {
 
 fn glowing_ball(ior: f64, a: f64, sigma: DVec3, camera: impl FnOnce(&mut Geometry) -> Camera) -> Scene {
     let mut glass = Material::glass("glass", ior as f32);
-    glass.absorption = sigma.as_vec3();
+    glass.absorption = sigma.into();
     let mut emitter = Material::diffuse("emitter", Rgb::ZERO).emitting(Rgb::splat(GLOW as f32));
     emitter.emission_sides = EmissionSides::Front;
     let mut g = Geometry::default();
@@ -280,7 +280,7 @@ fn glowing_ball(ior: f64, a: f64, sigma: DVec3, camera: impl FnOnce(&mut Geometr
 fn a_point_light_inside_glass() {
     let (ior, sigma) = (1.5, DVec3::new(0.0, 0.5, 2.0));
     let mut glass = Material::glass("glass", ior as f32);
-    glass.absorption = sigma.as_vec3();
+    glass.absorption = sigma.into();
     let receiver = Receiver::new(DVec3::new(0.3, -1.6, 0.0), glam::DQuat::IDENTITY, 0.6);
     let mut g = Geometry::default();
     g.add_sphere(Vec3::ZERO, 1.0, MaterialId(0));

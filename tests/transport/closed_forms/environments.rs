@@ -133,7 +133,7 @@ fn a_glass_ball_passes_and_reflects_everything() {
         inside * (1.0 - r).powi(2) + r
     });
     let mut glass = Material::glass("tinted glass", ior as f32);
-    glass.absorption = sigma.as_vec3();
+    glass.absorption = sigma.into();
     assert_image("tinted glass ball", &ball(glass), &KINDS, DEPTH as u32, 0.01, &tinted);
 }
 

@@ -68,7 +68,7 @@ pub fn expected(fine: usize, radiance: impl Fn(f64, f64) -> DVec3) -> Regions {
 
 /// The regions of an image whose tiles have these means, row after row.
 pub fn of_tiles(tiles: &[DVec3]) -> Regions {
-    let weights = [glam::Vec3::X, glam::Vec3::Y, glam::Vec3::Z].map(|axis| f64::from(luminance(axis)));
+    let weights = [glam::Vec3::X, glam::Vec3::Y, glam::Vec3::Z].map(|axis| f64::from(luminance(axis.into())));
     let image = tiles.iter().sum::<DVec3>() / tiles.len() as f64;
     image.to_array().into_iter().chain(tiles.iter().map(|t| t.dot(DVec3::from_array(weights)))).collect()
 }

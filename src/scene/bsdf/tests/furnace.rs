@@ -14,7 +14,7 @@ fn albedo(bsdf: &Bsdf, known: Vec3, transport: Transport, n: u32) -> f64 {
     let weights = (0..n).map(|i| {
         let u = Vec3::from_array([0, 1, 2].map(|dimension| sobol_burley::sample(i, dimension, 17)));
         bsdf.sample(known, transport, u).map_or(0.0, |s| {
-            let f = f64::from(s.scatter.f.y) / f64::from(s.scatter.forward_reverse(transport).0.0);
+            let f = f64::from(s.scatter.f.g()) / f64::from(s.scatter.forward_reverse(transport).0.0);
             power(bsdf, transport, transport.sides(known, s.direction), f)
         })
     });
