@@ -288,7 +288,7 @@ impl Integrator {
             sink.shadow_ray();
         }
         let Some(path) = path.seen() else { return };
-        let value = path.contribution() * (self.share(&path) * times);
+        let value = path.contribution() * (self.weight_per_sample(&path) * times);
         if value == Rgb::ZERO {
             return;
         }
@@ -303,7 +303,7 @@ impl Integrator {
 impl Integrator {
     /// w/n: what a path that was found deposits of F/p.
     #[inline(always)]
-    fn share(&self, path: &JoinedPath<'_>) -> f32 {
+    fn weight_per_sample(&self, path: &JoinedPath<'_>) -> f32 {
         self.weight(path) / self.weighed.samples(path.technique())
     }
 
@@ -311,7 +311,7 @@ impl Integrator {
     /// line, since it is asked for with roulette on connections alone.
     #[inline(never)]
     fn tentative(&self, path: &JoinedPath<'_>) -> f32 {
-        luminance(path.contribution()) * self.share(path)
+        luminance(path.contribution()) * self.weight_per_sample(path)
     }
 }
 

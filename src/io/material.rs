@@ -10,15 +10,15 @@
 //!
 //! `KHR_materials_unlit` becomes a black surface that emits its base colour, in radiance 1 for white, to both sides.
 //!
-//! `alphaMode` and the base colour's alpha are [`Coverage`], of whatever scatters there: a pane with alphaMode BLEND is
-//! there in part and transmits where it is there. An OPAQUE material ignores alpha.
+//! `alphaMode` and the base colour's alpha are [`AlphaMode`], of whatever scatters there: a pane with alphaMode BLEND
+//! is there in part and transmits where it is there. An OPAQUE material ignores alpha.
 
 use std::{collections::BTreeMap, fmt};
 
 use glam::Vec3;
 use gltf_json::{
     Root,
-    material::{AlphaMode, Material as Source},
+    material::{AlphaMode as SourceMode, Material as Source},
     validation::Checked,
 };
 
@@ -31,7 +31,9 @@ use crate::{
     math::Rgb,
     scene::{
         light::BRIGHTEST,
-        material::{BackFaces, Boundary, Coverage, EmissionSides, Maps, Material, NormalMap, Parameters, VertexColors},
+        material::{
+            AlphaMode, BackFaces, Boundary, EmissionSides, Maps, Material, NormalMap, Parameters, VertexColors,
+        },
         texture::{Encoding, Texture},
     },
 };
@@ -43,7 +45,7 @@ const DARKEST: f32 = 1e-6;
 pub(super) struct Read {
     name: String,
     maps: Maps,
-    coverage: Coverage,
+    alpha_mode: AlphaMode,
     emission: Rgb,
     emission_sides: EmissionSides,
     back_faces: BackFaces,
@@ -74,16 +76,16 @@ impl Read {
 
     fn on(&self, vertex_colors: VertexColors) -> Material {
         let maps = Maps { vertex_colors, ..self.maps.clone() };
-        let holed = |texture: &&Texture| self.coverage != Coverage::Opaque && texture.image.has_alpha();
+        let holed = |texture: &&Texture| self.alpha_mode != AlphaMode::Opaque && texture.image.has_alpha();
         let thinnest = maps.base_color.as_ref().filter(holed).map_or(1.0, |texture| texture.extremes()[0].w);
-        let whole = vertex_colors == VertexColors::Nothing && self.coverage.alpha(thinnest) == 1.0;
+        let whole = vertex_colors == VertexColors::Nothing && self.alpha_mode.alpha(thinnest) == 1.0;
         let mut material = if maps.vary() {
             Material::varying(&self.name, maps)
         } else {
             Material::new(&self.name, maps.factors.bsdf())
         };
         // What is there wholly is better known as opaque: rays through such a scene cost less.
-        material.coverage = if whole { Coverage::Opaque } else { self.coverage };
+        material.alpha_mode = if whole { AlphaMode::Opaque } else { self.alpha_mode };
         material.emission = self.emission;
         material.emission_sides = self.emission_sides;
         material.back_faces = self.back_faces;
@@ -172,7 +174,7 @@ impl Reader<'_, '_> {
         }
         let back_faces = if m.double_sided { BackFaces::Drawn } else { BackFaces::Culled };
         let mut emission_sides = if m.double_sided { EmissionSides::Both } else { EmissionSides::Front };
-        let coverage = self.coverage(m)?;
+        let alpha_mode = self.alpha_mode(m)?;
         if unlit {
             emission = factors.base_color;
             emission_sides = EmissionSides::Both;
@@ -181,7 +183,7 @@ impl Reader<'_, '_> {
             maps = Maps::new(black);
             (maps.base_color, maps.emission) = (shown.clone(), shown);
         }
-        Ok(Read { name: self.name.clone(), maps, coverage, emission, emission_sides, back_faces, absorption, unlit })
+        Ok(Read { name: self.name.clone(), maps, alpha_mode, emission, emission_sides, back_faces, absorption, unlit })
     }
 
     fn factors(&mut self, m: &Source) -> Result<Parameters, Fault> {
@@ -267,18 +269,18 @@ impl Reader<'_, '_> {
     }
 
     /// What is there of the surface (glTF 2.0 specification, 3.9.4).
-    fn coverage(&mut self, m: &Source) -> Result<Coverage, Fault> {
+    fn alpha_mode(&mut self, m: &Source) -> Result<AlphaMode, Fault> {
         let alpha = m.pbr_metallic_roughness.base_color_factor.0[3];
         Ok(match m.alpha_mode {
-            Checked::Valid(AlphaMode::Mask) => Coverage::Mask {
+            Checked::Valid(SourceMode::Mask) => AlphaMode::Mask {
                 factor: self.number("baseColorFactor (alpha)", alpha, 0.0, 1.0)?,
                 cutoff: self.number("alphaCutoff", m.alpha_cutoff.map_or(0.5, |c| c.0), 0.0, f32::MAX)?,
             },
-            Checked::Valid(AlphaMode::Blend) => {
-                Coverage::Blend { factor: self.number("baseColorFactor (alpha)", alpha, 0.0, 1.0)? }
+            Checked::Valid(SourceMode::Blend) => {
+                AlphaMode::Blend { factor: self.number("baseColorFactor (alpha)", alpha, 0.0, 1.0)? }
             }
             // Values that glTF does not know have been refused with the whole document.
-            Checked::Valid(AlphaMode::Opaque) | Checked::Invalid => Coverage::Opaque,
+            Checked::Valid(SourceMode::Opaque) | Checked::Invalid => AlphaMode::Opaque,
         })
     }
 

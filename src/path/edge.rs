@@ -13,7 +13,7 @@ use crate::{
 /// and cosine 1, since there dA becomes dω and G becomes V|cos θ|; a degenerate end has cosine 1. An orthographic film
 /// is to the camera what infinity is to a sun.
 ///
-/// Coverage is here because densities need it: a walk along the edge passes what lies between with probability V, and
+/// V and α are here because densities need it: a walk along the edge passes what lies between with probability V, and
 /// stops at the far end with that end's α.
 #[derive(Clone, Copy, Debug)]
 pub struct Edge {

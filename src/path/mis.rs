@@ -62,7 +62,7 @@ pub(super) fn effective_count(path: &impl Densities, strategy: Strategy, techniq
 
 /// n of a strategy over the n, of which `per_own` is the reciprocal, of the one that found the path.
 #[inline(always)]
-pub(super) fn share(count: f32, per_own: f32) -> f32 {
+pub(super) fn count_ratio(count: f32, per_own: f32) -> f32 {
     count * per_own
 }
 
@@ -106,7 +106,7 @@ fn others(
     let count = |t: u32| effective_count(path, Strategy { s: n + 1 - t, t }, techniques);
     let per_own = 1.0 / count(strategy.t);
     // A ratio may overflow, and ∞·0 would be no number where the other strategy has no sample at all.
-    let term = |ratio: f64, count: f32| if count == 0.0 { 0.0 } else { ratio * f64::from(share(count, per_own)) };
+    let term = |ratio: f64, count: f32| if count == 0.0 { 0.0 } else { ratio * f64::from(count_ratio(count, per_own)) };
     let range = techniques.range(n);
     let (mut lower_s, mut ratio) = (0.0, 1.0);
     for i in strategy.t..*range.end() {

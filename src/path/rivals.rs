@@ -8,7 +8,7 @@
 
 use super::{
     Densities, Heuristic, Strategy, Techniques,
-    mis::{effective_count, share},
+    mis::{count_ratio, effective_count},
 };
 use crate::sampling::PdfArea;
 
@@ -156,14 +156,14 @@ impl Rivals {
         let exponent = self.camera.exponent;
         let count = |t: u32| effective_count(path, Strategy { s: n + 1 - t, t }, techniques);
         let per_own = 1.0 / count(t);
-        let near = |t: u32| f64::from(share(count(t), per_own));
+        let near = |t: u32| f64::from(count_ratio(count(t), per_own));
         let range = techniques.range(n);
         // Up to two vertices move from one side to the other, and with them all further rivals. Each summand is
         // multiplied out before it is squared: then one beyond f64 leaves nothing to the others, and one below it is
         // nothing to them.
         let term =
             |ratio: f64, rivals: f64| if ratio > 0.0 && rivals > 0.0 { exponent.of(ratio * rivals) } else { 0.0 };
-        let further = |sum: RivalSum| f64::from(share(self.unit, per_own)) * sum.root();
+        let further = |sum: RivalSum| f64::from(count_ratio(self.unit, per_own)) * sum.root();
         let up = |i: u32| ratio(path.camera_density(i), path.light_density(i));
         let down = |i: u32| ratio(path.light_density(i), path.camera_density(i));
         let (mut lower_s, mut higher_s) = (0.0, 0.0);

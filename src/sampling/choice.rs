@@ -92,11 +92,11 @@ impl Remainder {
     /// The part of it before `first` integers of the share, or the part from there on: with the place in that part.
     /// `first` is at most the width.
     #[inline(always)]
-    pub const fn split(self, first: u64) -> (Half, Self) {
+    pub const fn split(self, first: u64) -> (Part, Self) {
         if self.offset < first {
-            (Half::First, Self::new(self.offset, first))
+            (Part::First, Self::new(self.offset, first))
         } else {
-            (Half::Second, Self::new(self.offset - first, self.width - first))
+            (Part::Second, Self::new(self.offset - first, self.width - first))
         }
     }
 
@@ -115,7 +115,7 @@ impl Remainder {
 
 /// A part of a share that is divided in two.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Half {
+pub enum Part {
     /// The lower integers.
     First,
     /// The others.
@@ -262,8 +262,8 @@ mod tests {
             let (half, part) = place.split(first);
             prop_assert!(part.offset < part.width);
             match half {
-                Half::First => prop_assert_eq!((part.offset, part.width), (place.offset, first)),
-                Half::Second => prop_assert_eq!((part.offset + first, part.width + first), (place.offset, width)),
+                Part::First => prop_assert_eq!((part.offset, part.width), (place.offset, first)),
+                Part::Second => prop_assert_eq!((part.offset + first, part.width + first), (place.offset, width)),
             }
         }
     }

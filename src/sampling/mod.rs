@@ -9,7 +9,7 @@ mod sampler;
 mod sobol;
 pub mod warp;
 
-pub use choice::{Chance, Choice, Half, Remainder, Square};
+pub use choice::{Chance, Choice, Part, Remainder, Square};
 pub(crate) use choice::{divide, find};
 pub use discrete::Discrete;
 pub use filter::Filter;

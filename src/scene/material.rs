@@ -19,7 +19,7 @@ pub struct Material {
     /// The scattering; where there are `maps`, with all of them white.
     pub bsdf: Bsdf,
     /// How much of the surface is there.
-    pub coverage: Coverage,
+    pub alpha_mode: AlphaMode,
     /// Emitted radiance, constant over the front hemisphere; black if the surface is no light. A texture can only
     /// darken it.
     pub emission: Rgb,
@@ -254,7 +254,7 @@ impl NormalMap {
 /// How much of a surface is there (glTF `alphaMode`): the fraction α of it that scatters and emits, while rays pass the
 /// rest undisturbed. It has nothing to do with transmission, which is scattering by what is there.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Coverage {
+pub enum AlphaMode {
     /// All of it.
     Opaque,
     /// At each point all or nothing.
@@ -271,7 +271,7 @@ pub enum Coverage {
     },
 }
 
-impl Coverage {
+impl AlphaMode {
     /// α in [0, 1] where texture and vertex colour have the alpha `texel`.
     ///
     /// It is a multiple of 2⁻²⁴, the step of random numbers: a walk stops with probability α exactly, and 1 − α is
@@ -317,7 +317,7 @@ impl Material {
         Self {
             name: name.to_owned(),
             bsdf,
-            coverage: Coverage::Opaque,
+            alpha_mode: AlphaMode::Opaque,
             emission: Rgb::ZERO,
             emission_sides: EmissionSides::Front,
             back_faces: BackFaces::Drawn,
@@ -335,10 +335,10 @@ impl Material {
     /// α in [0, 1] at a place, which is asked for only if something of the material may be missing there.
     #[inline(always)]
     pub fn alpha<'a>(&self, at: impl FnOnce() -> Interpolation<'a>) -> f32 {
-        match (self.coverage, &self.maps) {
-            (Coverage::Opaque, _) => 1.0,
-            (coverage, Some(maps)) if maps.vary_alpha() => coverage.alpha(maps.alpha(&at())),
-            (coverage, _) => coverage.alpha(1.0),
+        match (self.alpha_mode, &self.maps) {
+            (AlphaMode::Opaque, _) => 1.0,
+            (mode, Some(maps)) if maps.vary_alpha() => mode.alpha(maps.alpha(&at())),
+            (mode, _) => mode.alpha(1.0),
         }
     }
 
@@ -407,8 +407,8 @@ impl Material {
 
     /// The same material, there to the extent of `coverage`.
     #[must_use]
-    pub fn covering(mut self, coverage: Coverage) -> Self {
-        self.coverage = coverage;
+    pub fn covering(mut self, mode: AlphaMode) -> Self {
+        self.alpha_mode = mode;
         self
     }
 

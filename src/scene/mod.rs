@@ -26,7 +26,7 @@ use self::{
     geometry::{Geometry, Hit, PrimitiveId, Ray},
     light::{Light, LightChoice, Lights},
     light_index::LightIndex,
-    material::{BackFaces, Coverage, Material, MaterialId},
+    material::{AlphaMode, BackFaces, Material, MaterialId},
     media::{Boundary, Media, MediumId},
     point::{Place, Point},
 };
@@ -86,14 +86,14 @@ impl Scene {
     /// # Panics
     /// If a primitive's material is not in `materials`, or `others` holds more than one environment.
     pub fn new(mut geometry: Geometry, materials: Vec<Material>, others: &[Light], camera: Camera) -> Self {
-        let opaque = |id: MaterialId| materials[id.0 as usize].coverage == Coverage::Opaque;
+        let opaque = |id: MaterialId| materials[id.0 as usize].alpha_mode == AlphaMode::Opaque;
         let roles: Vec<_> = materials.iter().map(Material::role).collect();
         geometry.drop_copies(opaque, |id| roles[id.0 as usize]);
         geometry.build();
         geometry.find_coincident(roles);
         let lights = Lights::new(&geometry, &materials, others);
         let light_of = LightIndex::new(&geometry, &lights);
-        let covers_in_part = materials.iter().any(|m| m.coverage != Coverage::Opaque)
+        let covers_in_part = materials.iter().any(|m| m.alpha_mode != AlphaMode::Opaque)
             && geometry.with_material(&|id| !opaque(id)).next().is_some();
         let see_through = covers_in_part || geometry.has_coincident();
         let media = Media::new(&geometry, &materials, &lights).map(Box::new);

@@ -1,4 +1,4 @@
-//! Coverage: what is there in part scatters and shines in part, and camera rays, shadow rays and light paths pass the
+//! Alpha: what is there in part scatters and shines in part, and camera rays, shadow rays and light paths pass the
 //! rest alike.
 
 use glam::Vec3;
@@ -14,7 +14,7 @@ use pathspace::{
         camera::{Camera, Sensor},
         geometry::Geometry,
         light::Light,
-        material::{Coverage, EmissionSides, Material},
+        material::{AlphaMode, EmissionSides, Material},
     },
     statistics::{Estimate, regions},
 };
@@ -31,11 +31,11 @@ fn v(x: f32, y: f32, z: f32) -> Vec3 {
 }
 
 fn blend(material: Material, factor: f32) -> Material {
-    material.covering(Coverage::Blend { factor })
+    material.covering(AlphaMode::Blend { factor })
 }
 
 fn mask(material: Material, factor: f32) -> Material {
-    material.covering(Coverage::Mask { factor, cutoff: 0.5 })
+    material.covering(AlphaMode::Mask { factor, cutoff: 0.5 })
 }
 
 /// Black, so that nothing but coverage shows.

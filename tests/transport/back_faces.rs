@@ -8,7 +8,7 @@ use pathspace::{
         Scene,
         camera::{Camera, Sensor},
         geometry::Geometry,
-        material::{BackFaces, Coverage, EmissionSides, Material, MaterialId},
+        material::{AlphaMode, BackFaces, EmissionSides, Material, MaterialId},
     },
 };
 
@@ -53,7 +53,7 @@ fn a_furnace_seen_through_its_wall_is_a_furnace() {
 /// With a mirror that shows the walls from behind as well, cards that face away or are there in part, and a ball.
 #[test]
 fn every_path_past_back_faces_is_as_defined() {
-    let half = Coverage::Blend { factor: 0.5 };
+    let half = AlphaMode::Blend { factor: 0.5 };
     let mut both = Material::diffuse("both sides", Rgb::splat(0.3)).emitting(Rgb::splat(0.5));
     both.emission_sides = EmissionSides::Both;
     let others = vec![

@@ -12,7 +12,7 @@ use pathspace::{
         camera::{Camera, Sensor},
         geometry::{Geometry, Mesh, Placement},
         light::Light,
-        material::{Coverage, EmissionSides, Material, MaterialId},
+        material::{AlphaMode, EmissionSides, Material, MaterialId},
     },
 };
 
@@ -149,7 +149,7 @@ fn both_orders_of_a_flush_lamp_give_the_same_image() {
 fn cards(place: &DAffine3, sensor: Sensor) -> Scene {
     let mut both = Material::diffuse("both", Rgb::splat(0.4)).emitting(Rgb::new(2.0, 3.0, 5.0));
     both.emission_sides = EmissionSides::Both;
-    let veil = |material: Material, factor| material.covering(Coverage::Blend { factor });
+    let veil = |material: Material, factor| material.covering(AlphaMode::Blend { factor });
     let gloss = Bsdf::MetallicRoughness(MetallicRoughness::new(Rgb::new(0.9, 0.6, 0.3), 0.8, 0.5));
     let materials = vec![
         Material::diffuse("white", Rgb::splat(0.8)),

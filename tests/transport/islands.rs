@@ -10,7 +10,7 @@ use pathspace::{
         camera::{Camera, Sensor},
         geometry::Geometry,
         light::{Light, Spot},
-        material::{Coverage, EmissionSides, Maps, Material, MaterialId, Parameters},
+        material::{AlphaMode, EmissionSides, Maps, Material, MaterialId, Parameters},
     },
 };
 
@@ -112,7 +112,7 @@ pub fn islands(content: Content, lamp: Lamp, view: View, surroundings: Around, s
     let gloss = |color, metallic, alpha| Bsdf::MetallicRoughness(MetallicRoughness::new(color, metallic, alpha));
     let green = Material::diffuse("green", Rgb::new(0.3, 0.6, 0.4));
     let red = Material::diffuse("red", Rgb::new(0.6, 0.3, 0.2));
-    let veiled = |material: Material, factor| material.covering(Coverage::Blend { factor });
+    let veiled = |material: Material, factor| material.covering(AlphaMode::Blend { factor });
     let (ball, panel) = match content {
         Content::Diffuse | Content::NormalMapped => (green, red),
         Content::Glossy => (

@@ -17,7 +17,7 @@ use pathspace::{
         camera::Camera,
         geometry::{Geometry, Mesh, Placement},
         light::Light,
-        material::{Coverage, EmissionSides, Material, MaterialId},
+        material::{AlphaMode, EmissionSides, Material, MaterialId},
         media::{self, Boundary, Fault},
     },
 };
@@ -265,7 +265,7 @@ fn a_camera_in_a_body_sees_a_lamp_in_it() {
 
 /// A room in which everything is: a frosted body with a camera in it, one of glass and a card within, lamps inside and
 /// outside, a lamp cut by a boundary, bodies that overlap and that touch, and instances.
-fn nested(front: Coverage) -> Scene {
+fn nested(front: AlphaMode) -> Scene {
     let fog = Rgb::new(0.1, 0.3, 0.6);
     let materials = vec![
         Material::diffuse("wall", Rgb::new(0.7, 0.6, 0.5)),
@@ -310,7 +310,7 @@ const ALL: [IntegratorKind; 7] = [Path, LightTracing, Hybrid, Bdpt, PathHemisphe
 
 #[test]
 fn walks_know_what_crossings_say() {
-    let scene = nested(Coverage::Opaque);
+    let scene = nested(AlphaMode::Opaque);
     let media = scene.media().expect("media");
     assert!((1..6).filter(|m| matches!(media.boundary(MaterialId(*m)), Boundary::Body(_))).count() == 4);
     identity::assert_identity_by(&ALL, "nested bodies", &scene, 3);
@@ -319,7 +319,7 @@ fn walks_know_what_crossings_say() {
 #[test]
 fn one_rule_serves_what_is_no_body() {
     // A surface with holes, around and within bodies; and one that is not closed.
-    let scene = nested(Coverage::Blend { factor: 0.9 });
+    let scene = nested(AlphaMode::Blend { factor: 0.9 });
     assert_eq!(scene.media().expect("media").boundary(MaterialId(1)), Boundary::Local);
     identity::assert_identity_by(&[Path, LightTracing, Hybrid, Bdpt], "a ball with holes", &scene, 3);
     let open = without_lid();

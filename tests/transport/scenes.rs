@@ -14,7 +14,7 @@ use pathspace::{
         camera::{Camera, Sensor},
         geometry::{Attributes, Geometry},
         light::Light,
-        material::{Coverage, EmissionSides, Maps, Material, MaterialId, Parameters, VertexColors},
+        material::{AlphaMode, EmissionSides, Maps, Material, MaterialId, Parameters, VertexColors},
         texture::{Encoding, Image, Texels, Texture},
     },
 };
@@ -159,8 +159,8 @@ pub fn leaf(geometry: &mut Geometry, corners: [Vec3; 4], material: u32) {
 /// A room of surfaces that are there in part: before the camera, before the lights, between all else and across each
 /// other; of one of every material, among them a lamp and glass, and masked ones that are there wholly or not at all.
 pub fn veiled(sensor: Sensor) -> Scene {
-    let blend = |material: Material, factor| material.covering(Coverage::Blend { factor });
-    let mask = |material: Material, factor| material.covering(Coverage::Mask { factor, cutoff: 0.5 });
+    let blend = |material: Material, factor| material.covering(AlphaMode::Blend { factor });
+    let mask = |material: Material, factor| material.covering(AlphaMode::Mask { factor, cutoff: 0.5 });
     let gloss = Bsdf::MetallicRoughness(MetallicRoughness::new(Rgb::new(0.7, 0.4, 0.3), 0.3, 0.2));
     let mut glass = Material::glass("glass", 1.5);
     glass.absorption = Rgb::new(0.2, 0.9, 2.0);

@@ -4,7 +4,7 @@ use glam::{DVec3, Vec3};
 use pathspace::{
     io::{Loaded, NamedCamera, PunctualLight, ThinLens, View},
     scene::{
-        material::{Coverage, EmissionSides, Material, VertexColors},
+        material::{AlphaMode, EmissionSides, Material, VertexColors},
         texture::Texture,
     },
 };
@@ -87,11 +87,11 @@ fn material(material: &Material) -> Value {
             EmissionSides::Both => 2,
         },
         "absorption": vector(material.absorption),
-        "alpha": match material.coverage {
-            Coverage::Opaque => json!({ "mode": "opaque" }),
-            Coverage::Mask { factor, cutoff } =>
+        "alpha": match material.alpha_mode {
+            AlphaMode::Opaque => json!({ "mode": "opaque" }),
+            AlphaMode::Mask { factor, cutoff } =>
                 json!({ "mode": "mask", "factor": number(factor), "cutoff": number(cutoff) }),
-            Coverage::Blend { factor } => json!({ "mode": "blend", "factor": number(factor) }),
+            AlphaMode::Blend { factor } => json!({ "mode": "blend", "factor": number(factor) }),
         },
         "textures": Value::Object(textures.collect()),
         "vertex_colors": maps.is_some_and(|m| m.vertex_colors != VertexColors::Nothing),

@@ -16,7 +16,7 @@ use crate::{
         camera::{Camera, Sensor},
         geometry::PrimitiveId,
         light::Light,
-        material::{Coverage, Material},
+        material::{AlphaMode, Material},
         texture::srgb_to_linear,
     },
 };
@@ -148,7 +148,7 @@ fn resolved(loaded: &Loaded, material: &Material) -> String {
     let maps = material.maps.as_ref();
     let bsdf = maps.map_or(material.bsdf, |maps| maps.parameters(&at()).bsdf());
     let emission = material.emission * maps.map_or(Rgb::ONE, |maps| maps.emission(&at()));
-    let (alpha, whole) = (material.alpha(at), material.coverage == Coverage::Opaque);
+    let (alpha, whole) = (material.alpha(at), material.alpha_mode == AlphaMode::Opaque);
     let Material { emission_sides, absorption, .. } = material;
     let (emits, lit) = (material.emits(), loaded.is_lit());
     format!("{bsdf:?} {emission:?} {emission_sides:?} {alpha} {whole} {absorption:?} {emits} {lit}")
@@ -212,7 +212,7 @@ fn a_constant_vertex_colour_is_a_factor() {
         document["meshes"][0]["primitives"][0]["attributes"].as_object_mut().unwrap().remove("COLOR_0");
         let plain = load(&document).unwrap();
         let (a, b) = (resolved(&colored, &colored.materials[id]), resolved(&plain, &plain.materials[0]));
-        // Coverage by colours stays a property of each point.
+        // AlphaMode by colours stays a property of each point.
         let [a, b] = [a, b].map(|text| text.replace("true", "").replace("false", ""));
         assert!(alike(&a, &b), "{material}:\n{a}\n{b}");
     }

@@ -6,7 +6,7 @@ use crate::{
     io::{NamedCamera, PunctualLight, ThinLens, View},
     scene::{
         bsdf::Bsdf,
-        material::{Coverage, EmissionSides},
+        material::{AlphaMode, EmissionSides},
     },
 };
 
@@ -227,7 +227,7 @@ fn the_wanted_scene_is_shown() {
 }
 
 #[test]
-fn alpha_modes_become_coverage() {
+fn alpha_modes_are_read() {
     let mut document = triangle();
     let pbr = json!({ "baseColorFactor": [1, 1, 1, 0.25] });
     document["materials"] = json!([
@@ -239,19 +239,19 @@ fn alpha_modes_become_coverage() {
         { "pbrMetallicRoughness": { "baseColorFactor": [1, 1, 1, 1.5] } },
     ]);
     let loaded = load(&document).unwrap();
-    let coverage: Vec<_> = loaded.materials[..6].iter().map(|m| m.coverage).collect();
+    let modes: Vec<_> = loaded.materials[..6].iter().map(|m| m.alpha_mode).collect();
     assert_eq!(
-        coverage,
+        modes,
         [
-            Coverage::Opaque,
-            Coverage::Blend { factor: 0.25 },
-            Coverage::Mask { factor: 0.25, cutoff: 0.5 },
-            Coverage::Opaque,
-            Coverage::Opaque,
-            Coverage::Opaque,
+            AlphaMode::Opaque,
+            AlphaMode::Blend { factor: 0.25 },
+            AlphaMode::Mask { factor: 0.25, cutoff: 0.5 },
+            AlphaMode::Opaque,
+            AlphaMode::Opaque,
+            AlphaMode::Opaque,
         ]
     );
-    assert_eq!(coverage.iter().map(|c| c.alpha(1.0)).collect::<Vec<_>>(), [1.0, 0.25, 0.0, 1.0, 1.0, 1.0]);
+    assert_eq!(modes.iter().map(|c| c.alpha(1.0)).collect::<Vec<_>>(), [1.0, 0.25, 0.0, 1.0, 1.0, 1.0]);
     assert_eq!(loaded.warnings.len(), 1, "{:?}", loaded.warnings);
     document["materials"][1]["alphaMode"] = json!("GLASS");
     assert!(load(&document).unwrap_err().to_string().contains("/materials/1/alphaMode"));

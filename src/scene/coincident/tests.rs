@@ -7,7 +7,7 @@ use crate::{
         Scene,
         camera::{Camera, Sensor},
         geometry::{BuildEffort, Geometry, Mesh, Placement, PrimitiveId, Ray},
-        material::{BackFaces, Coverage, Material, MaterialId},
+        material::{AlphaMode, BackFaces, Material, MaterialId},
         point::Point,
     },
 };
@@ -22,7 +22,7 @@ fn scene_of(g: Geometry) -> Scene {
     let materials = vec![
         Material::diffuse("opaque", Rgb::splat(0.5)),
         Material::diffuse("lamp", Rgb::ZERO).emitting(Rgb::ONE),
-        Material::diffuse("veil", Rgb::ONE).covering(Coverage::Blend { factor: 0.5 }),
+        Material::diffuse("veil", Rgb::ONE).covering(AlphaMode::Blend { factor: 0.5 }),
         Material::pane("pane", 1.5),
         Material::glass("glass", 1.5),
     ];

@@ -5,7 +5,7 @@ use super::{
     tree::{LightBounds, LightTree},
 };
 use crate::{
-    sampling::{Choice, Discrete, Half, PdfArea, Remainder},
+    sampling::{Choice, Discrete, Part, PdfArea, Remainder},
     scene::{geometry::Geometry, point::Point},
 };
 
@@ -126,14 +126,14 @@ impl Lights {
             NextEvent::Tree(by) => by,
         };
         let (half, rest) = choice.whole().split(by.width);
-        if half == Half::First {
+        if half == Part::First {
             let (id, rest) = by.tree.sample(from, rest);
             return Some((id, self.despite_tree(id, rest.width()), rest));
         }
         let (half, rest) = rest.split(DESPITE_TREE);
         let (id, rest) = match half {
-            Half::First => self.choose(rest.rest())?,
-            Half::Second => {
+            Part::First => self.choose(rest.rest())?,
+            Part::Second => {
                 let (i, rest) = by.others.sample(rest.rest());
                 (LightId::new(i as u32), rest)
             }

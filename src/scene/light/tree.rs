@@ -6,7 +6,7 @@ use glam::{Quat, Vec3};
 
 use super::{Light, LightId};
 use crate::{
-    sampling::{Half, Remainder},
+    sampling::{Part, Remainder},
     scene::{
         geometry::{Bounds, Geometry},
         material::EmissionSides,
@@ -292,8 +292,8 @@ impl LightTree {
             let (half, part) = place.split(first_of(place.width(), halves, &at));
             place = part;
             content = match half {
-                Half::First => halves[0].content,
-                Half::Second => halves[1].content,
+                Part::First => halves[0].content,
+                Part::Second => halves[1].content,
             };
         }
     }

@@ -19,7 +19,7 @@ use super::{
     bsdf::Bsdf,
     geometry::{Bounds, Form, Geometry, PrimitiveId, Ray, Shells},
     light::Lights,
-    material::{Coverage, Material, MaterialId},
+    material::{AlphaMode, Material, MaterialId},
 };
 use crate::math::Rgb;
 
@@ -157,10 +157,10 @@ impl Survey {
         let of = |id: MaterialId| &materials[id.0 as usize];
         let shells = geometry.shells(&|id| of(id).volume_ior().is_some());
         let mut bodies = 0;
-        let faults = shells.all.iter().map(|shell| match (of(shell.material).coverage, shell.form) {
+        let faults = shells.all.iter().map(|shell| match (of(shell.material).alpha_mode, shell.form) {
             (_, Form::Open { edges }) => Some(Fault::Open(edges)),
             (_, Form::InsideOut) => Some(Fault::InsideOut),
-            (coverage, _) if coverage != Coverage::Opaque => Some(Fault::CutOut),
+            (mode, _) if mode != AlphaMode::Opaque => Some(Fault::CutOut),
             (_, Form::Closed) => {
                 bodies += 1;
                 (bodies > MOST_BODIES).then_some(Fault::OneTooMany)
