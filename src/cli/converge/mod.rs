@@ -5,12 +5,14 @@ mod page;
 use std::{ops::ControlFlow, path::PathBuf, time::Duration};
 
 use pathspace::{
-    converge::{PYRAMID_DEPTH, Plan, Stage, converge},
-    film::{Crop, Film, check_writable, write_atomically},
+    converge::{PYRAMID_DEPTH, Plan, Report, Stage, converge},
+    film::{Crop, Film, Image, check_writable, write_atomically},
     integrator::IntegratorKind,
     io::{Limits, read_image},
+    scene::{Scene, camera::Sensor},
     verify::Budget,
 };
+use rayon::ThreadPool;
 
 use crate::cli::{
     info,
@@ -84,51 +86,107 @@ pub struct ConvergeArgs {
 pub fn run(args: &ConvergeArgs) -> Result<Exit, Failure> {
     let terminal = Terminal::new(args.verbosity.verbosity());
     let interrupt = Interrupt::watch().map_err(|error| Failure::usage(format!("cannot watch for signals: {error}")))?;
-    let kinds = &args.integrators;
-    if let Some(twice) = (1..kinds.len()).find(|i| kinds[..*i].contains(&kinds[*i])) {
-        return Err(Failure::usage(format!("-i names {} twice", kinds[twice])));
+    check_integrators(&args.integrators)?;
+    let title = args.scene.file.file_stem().unwrap_or("pathspace".as_ref()).to_string_lossy().into_owned();
+    let files = files(args, &title)?;
+    let pool = args.paths.thread_pool()?;
+    let given = given(args)?;
+
+    let opened = Opened::read(&args.scene, terminal)?;
+    let sensor = camera::sensor(&args.size, DEFAULT_WIDTH, 0, &opened.view);
+    check_sizes(args, given.as_ref(), sensor)?;
+    let scene_hash = opened.loaded.hash.clone();
+    let (scene, environment) = opened.into_scene(&args.scene, sensor, terminal)?;
+    let lights = args.paths.lights.unwrap_or_else(|| scene.lights().suitable_choice());
+    let scene = scene.choosing_lights(lights);
+
+    let plan = plan(args);
+    let report = measure(&scene, &plan, given, &pool, &interrupt, terminal)?;
+    let facts = page::Facts {
+        title,
+        command: this_command(),
+        scene: info::counts(&scene),
+        scene_hash,
+        environment,
+        lights,
+        threads: pool.current_num_threads(),
+        plan: &plan,
+        given: args.reference.as_deref(),
+    };
+    write(&files, &facts, &report)?;
+    terminal.say(format_args!("wrote {} with its .json and .csv", files[0].display()));
+    match interrupt.asked().filter(|_| report.ended_early) {
+        Some(exit) => {
+            terminal.say("interrupted: the page has what was measured by then");
+            Ok(exit)
+        }
+        None => Ok(Exit::Done),
     }
-    let stem = args.scene.file.file_stem().unwrap_or("pathspace".as_ref()).to_string_lossy().into_owned();
-    let page = args.output.clone().unwrap_or_else(|| format!("{stem}-converge.html").into());
+}
+
+fn check_integrators(kinds: &[IntegratorKind]) -> Result<(), Failure> {
+    match (1..kinds.len()).find(|i| kinds[..*i].contains(&kinds[*i])) {
+        Some(twice) => Err(Failure::usage(format!("-i names {} twice", kinds[twice]))),
+        None => Ok(()),
+    }
+}
+
+/// The page, its JSON and its CSV: places that can be written.
+fn files(args: &ConvergeArgs, title: &str) -> Result<[PathBuf; 3], Failure> {
+    let page = args.output.clone().unwrap_or_else(|| format!("{title}-converge.html").into());
     if page.extension().is_none_or(|extension| extension != "html") {
         return Err(Failure::usage(format!("cannot write '{}': the page is an .html file", page.display())));
     }
     let files = [page.clone(), page.with_extension("json"), page.with_extension("csv")];
     files.iter().try_for_each(|file| check_writable(file)).map_err(|error| Failure::output(error.to_string()))?;
-    let pool = args.paths.thread_pool()?;
-    let given = args.reference.as_ref().map(|path| read_image(&Limits::default(), path)).transpose();
-    let given = given.map_err(|error| Failure::input(error.to_string()))?;
+    Ok(files)
+}
 
-    let opened = Opened::read(&args.scene, terminal)?;
-    let sensor = camera::sensor(&args.size, DEFAULT_WIDTH, 0, &opened.view);
-    if let (Some(image), Some(path)) = (&given, &args.reference)
+/// The image of `--reference`.
+fn given(args: &ConvergeArgs) -> Result<Option<Image>, Failure> {
+    let image = args.reference.as_ref().map(|path| read_image(&Limits::default(), path)).transpose();
+    image.map_err(|error| Failure::input(error.to_string()))
+}
+
+/// Refuses a reference of another size, and images that do not fit into memory.
+fn check_sizes(args: &ConvergeArgs, given: Option<&Image>, sensor: Sensor) -> Result<(), Failure> {
+    if let (Some(image), Some(path)) = (given, &args.reference)
         && (image.width, image.height) != (sensor.width, sensor.height)
     {
         let (path, w, h) = (path.display(), image.width, image.height);
         let (width, height) = (sensor.width, sensor.height);
         return Err(Failure::input(format!("'{path}' has {w} × {h} pixels and the image {width} × {height}")));
     }
-    let films = 4 * kinds.len() as u64 + u64::from((PYRAMID_DEPTH + 1) * (PYRAMID_DEPTH + 2));
-    args.size.check_memory(films * Film::memory(Crop::full(sensor).pixels()), Crop::full(sensor))?;
-    let scene_hash = opened.loaded.hash.clone();
-    let (scene, environment) = opened.into_scene(&args.scene, sensor, terminal)?;
-    let lights = args.paths.lights.unwrap_or_else(|| scene.lights().suitable_choice());
-    let scene = scene.choosing_lights(lights);
+    let films = 4 * args.integrators.len() as u64 + u64::from((PYRAMID_DEPTH + 1) * (PYRAMID_DEPTH + 2));
+    args.size.check_memory(films * Film::memory(Crop::full(sensor).pixels()), Crop::full(sensor))
+}
 
+fn plan(args: &ConvergeArgs) -> Plan {
     let budget = args.spp.map_or(Budget::Time(args.time.unwrap_or(DEFAULT_TIME)), Budget::Passes);
     let longer = match budget {
-        _ if given.is_some() => budget,
+        _ if args.reference.is_some() => budget,
         Budget::Time(time) => Budget::Time(time.saturating_mul(LONGER)),
         Budget::Passes(passes) => Budget::Passes(passes * LONGER),
     };
-    let plan = Plan {
-        integrators: kinds.clone(),
+    Plan {
+        integrators: args.integrators.clone(),
         max_depth: args.paths.max_depth,
         roulette: args.paths.roulette,
         seed: args.paths.seed,
         budget,
         reference: args.reference_time.map_or(longer, Budget::Time),
-    };
+    }
+}
+
+/// Carries the plan out on `pool`, until its end or a signal, and shows how far it is.
+fn measure(
+    scene: &Scene,
+    plan: &Plan,
+    given: Option<Image>,
+    pool: &ThreadPool,
+    interrupt: &Interrupt,
+    terminal: Terminal,
+) -> Result<Report, Failure> {
     let mut progress = Progress::new(Style::Auto, terminal);
     interrupt.spare(terminal);
     // The bar stays on this thread, and the pool has others.
@@ -141,7 +199,7 @@ pub fn run(args: &ConvergeArgs) -> Result<Exit, Failure> {
                 stages.send(stage).unwrap_or(());
                 if interrupt.asked().is_some() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
             };
-            pool.install(|| converge(&scene, &plan, given, &mut hear))
+            pool.install(|| converge(scene, plan, given, &mut hear))
         });
         for stage in heard {
             if progress.is_due() {
@@ -152,33 +210,19 @@ pub fn run(args: &ConvergeArgs) -> Result<Exit, Failure> {
     });
     interrupt.settle();
     progress.finish();
-    let report = report.map_err(|error| Failure::usage(error.to_string()))?;
-    let facts = page::Facts {
-        title: stem,
-        command: this_command(),
-        scene: info::counts(&scene),
-        scene_hash,
-        environment,
-        lights,
-        threads: pool.current_num_threads(),
-        plan: &plan,
-        given: args.reference.as_deref(),
-    };
-    let cannot = |error| Failure::output(format!("cannot write '{}': {error}", page.display()));
-    let json = page::json(&facts, &report);
-    let html = page::html(&facts, &report, &json).map_err(cannot)?;
-    let contents = [html, format!("{json:#}\n"), page::csv(&report)];
+    report.map_err(|error| Failure::usage(error.to_string()))
+}
+
+/// Writes the page, its JSON and its CSV.
+fn write(files: &[PathBuf; 3], facts: &page::Facts<'_>, report: &Report) -> Result<(), Failure> {
+    let cannot = |error| Failure::output(format!("cannot write '{}': {error}", files[0].display()));
+    let json = page::json(facts, report);
+    let html = page::html(facts, report, &json).map_err(cannot)?;
+    let contents = [html, format!("{json:#}\n"), page::csv(report)];
     for (file, text) in files.iter().zip(contents) {
         write_atomically(file, text.as_bytes()).map_err(|error| Failure::output(error.to_string()))?;
     }
-    terminal.say(format_args!("wrote {} with its .json and .csv", page.display()));
-    match interrupt.asked().filter(|_| report.ended_early) {
-        Some(exit) => {
-            terminal.say("interrupted: the page has what was measured by then");
-            Ok(exit)
-        }
-        None => Ok(Exit::Done),
-    }
+    Ok(())
 }
 
 impl Step for Stage {

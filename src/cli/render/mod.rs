@@ -6,41 +6,34 @@ pub mod data;
 mod foretell;
 pub mod keep;
 pub mod pass_loop;
+mod rendered;
 mod stats;
 mod viewer;
 
 use std::{collections::BTreeMap, ops::Range, path::PathBuf};
 
 use pathspace::{
-    film::{Contents, Coverage, Crop, Exposure, Film, Header},
+    film::{Contents, Coverage, Crop, Film},
     integrator::Weighting,
     layers::{Expression, PathClasses},
     path::{Heuristic, JoinedPath, Strategy},
     render::{Background, Renderer, Settings},
     scene::{Scene, camera::Sensor, light::LightChoice},
 };
-use rayon::ThreadPool;
 use serde_json::{Value, json};
 
 use crate::cli::{
     render::{
-        args::RenderArgs,
-        black::Black,
-        foretell::foretell,
-        keep::{Keeper, resume_command},
-        pass_loop::Quality,
-        stats::{Phases, Stats},
-        viewer::Viewer,
+        args::RenderArgs, black::Black, foretell::foretell, keep::Keeper, pass_loop::Quality, rendered::Rendered,
+        stats::Phases, viewer::Viewer,
     },
     shared::{
         camera,
         exit::{Exit, Failure},
-        header::{self, Job, header},
+        header::{self, Job},
         interrupt::Interrupt,
-        layers,
         opened::Opened,
-        passes::Passes,
-        pictures::{Outputs, Picture},
+        pictures::Outputs,
         progress::{Goal, MOST_PASSES, Progress},
         saved,
         terminal::Terminal,
@@ -69,20 +62,10 @@ pub fn run(args: &RenderArgs) -> Result<Exit, Failure> {
     let terminal = Terminal::new(args.verbosity.verbosity());
     let interrupt = Interrupt::watch().map_err(|error| Failure::usage(format!("cannot watch for signals: {error}")))?;
     let only = only(args)?;
-    if args.hemisphere.is_some() && args.integrator.has(|x| x.s > 0) {
-        let name = args.integrator;
-        return Err(Failure::usage(format!("--hemisphere says how -i path-hemisphere samples, and this is -i {name}")));
-    }
     refuse_needless(args)?;
-    if args.min_depth > max_depth(args) {
-        let (least, most) = (args.min_depth, max_depth(args));
-        return Err(Failure::usage(format!("no path has {least} edges or more and {most} at most: raise --max-depth")));
-    }
+    check_depths(args)?;
     let outputs = outputs(args)?;
-    Keeper::check(&args.part, &outputs)?;
-    stats::check(args.stats.as_ref(), &outputs)?;
-    args.layers.check(&outputs)?;
-    args.data.check(args, &outputs)?;
+    check_places(args, &outputs)?;
     let pool = args.paths.thread_pool()?;
     let mut phases = Phases::start();
 
@@ -91,24 +74,12 @@ pub fn run(args: &RenderArgs) -> Result<Exit, Failure> {
     let sensor = camera::sensor(&args.size, DEFAULT_WIDTH, args.filter.padding(), &opened.view);
     let settings = settings(args, crop(args, sensor)?, only);
     check_memory(args, &settings)?;
-    let of_a_thread = settings.light_subpath_memory();
-    if of_a_thread > MOST_LIGHT_SUBPATHS {
-        return Err(Failure::usage(format!(
-            "--light-vertices would keep {} MB of light paths for each thread: fewer --light-paths, or a lower \
-             --max-depth",
-            of_a_thread >> 20
-        )));
-    }
+    check_light_subpaths(&settings)?;
     let (view, shown, scene_hash) = (opened.view.clone(), opened.shown, opened.loaded.hash.clone());
     let (scene, environment) = opened.into_scene(&args.scene, sensor, terminal)?;
     let lights = args.paths.lights.unwrap_or_else(|| args.integrator.choice_among(scene.lights()));
     let scene = scene.choosing_lights(lights);
-    let samples = u64::from(scene.lights().next_event_samples()) * u64::from(settings.light_samples);
-    if samples > MOST_RAYS {
-        return Err(Failure::usage(format!(
-            "{samples} samples of lights at a vertex are too many: --lights tree, or fewer --light-samples"
-        )));
-    }
+    check_light_samples(&scene, &settings)?;
     let kept = kept(args, &scene)?;
     let keep = |path: &JoinedPath| kept.as_ref().is_none_or(|(_, kept)| kept.holds(&scene, path));
     let paths = kept.as_ref().map(|(text, _)| text.clone());
@@ -118,11 +89,7 @@ pub fn run(args: &RenderArgs) -> Result<Exit, Failure> {
     let Wanted { passes, goal, whole } = wanted(args);
     let renderer = pool.install(|| Renderer::new(&scene, &settings));
     phases.end("build");
-    let mut recorded = header::settings(&job);
-    if scene.culls_back_faces() {
-        recorded.insert("back-faces".to_owned(), "culled for the camera".to_owned());
-    }
-    args.layers.record(&mut recorded);
+    let recorded = recorded(args, &job, &scene);
     let layers = args.layers.choose(args, &scene, &renderer)?;
     let renderer = if layers.is_empty() { renderer } else { renderer.with_layers(&layers) };
     let renderer = if kept.is_some() { renderer.keeping(&keep) } else { renderer };
@@ -139,61 +106,10 @@ pub fn run(args: &RenderArgs) -> Result<Exit, Failure> {
     let watchers = (&mut progress, &mut viewer);
     let ended = pass_loop::run(&mut renderer, &pool, (goal, quality), &mut keeper, &interrupt, watchers, terminal);
     pass_loop::summarise(&renderer, &ended.moment, terminal);
-    let black = Black { scene: &scene, settings: &settings, kept: kept.as_ref().map(|(text, _)| text.as_str()) };
-    let black = black.why(&renderer);
-    if let Some(why) = &black {
-        terminal.warn(format_args!("the image is black: {why}"));
-    }
-    if let Some(quality) = ended.quality.filter(|quality| !quality.is_reached() && ended.interrupted.is_none()) {
-        terminal.warn(format_args!("{} spp are not enough for --noise {}", ended.moment.passes, quality.below));
-    }
-    phases.end("render");
-
-    // The checkpoint first: it is what cannot be made again from the image.
-    let checkpoint = match ended.interrupted {
-        None => keeper.at_end(&renderer)?,
-        Some(_) => Some(keeper.at_interruption(&renderer)?),
-    };
-    let written = match (args.part.shard, ended.interrupted) {
-        // Half a shard is none.
-        (Some(_), Some(_)) => false,
-        (Some(_), None) => outputs.write_bytes(saved::encode(&renderer, sensor, &recorded, whole)).map(|()| true)?,
-        (None, _) => {
-            let mut header = image_header(sensor, &recorded, &renderer, ended.quality);
-            header.attributes.extend(args.data.attribute());
-            write(args, &outputs, &header, &renderer, &pool, terminal).map(|()| true)?
-        }
-    };
-    phases.end("write");
-    if let Some(path) = &args.stats {
-        let threads = pool.current_num_threads();
-        let black = black.as_deref();
-        let stats =
-            Stats { job: &job, renderer: &renderer, ended: &ended, black, keeper: &keeper, phases: &phases, threads };
-        stats.write(path)?;
-    }
-    if written {
-        terminal.say(outputs.said());
-    }
-    if let (Some(_), Some(checkpoint)) = (ended.interrupted, checkpoint) {
-        terminal.say(format_args!("interrupted; to go on: {}", resume_command(checkpoint)));
-    }
-    progress.event(|| {
-        let files: Vec<_> = outputs.paths().filter(|_| written).map(|path| path.display().to_string()).collect();
-        let checkpoint = checkpoint.map(|path| path.display().to_string());
-        json!({
-            "event": "end",
-            "outcome": ended.outcome(),
-            "exit": ended.exit() as u8,
-            "spp": ended.moment.passes,
-            "elapsed": ended.moment.elapsed.as_secs_f64(),
-            "noise": ended.moment.noise,
-            "black": black,
-            "files": files,
-            "checkpoint": checkpoint,
-        })
-    });
-    Ok(ended.exit())
+    let black = Black { scene: &scene, settings: &settings, kept: job.paths.as_deref() }.why(&renderer);
+    let (job, recorded, outputs, renderer, keeper) = (&job, &recorded, &outputs, &renderer, &keeper);
+    let rendered = Rendered { args, job, recorded, whole, outputs, renderer, ended, black, keeper, pool: &pool };
+    rendered.finish(&progress, phases, terminal)
 }
 
 /// The longest paths, in edges.
@@ -218,6 +134,9 @@ fn kept(args: &RenderArgs, scene: &Scene) -> Result<Option<(String, PathClasses)
 /// Refuses options that the integrator has no use for: somebody expects something of them.
 fn refuse_needless(args: &RenderArgs) -> Result<(), Failure> {
     let kind = args.integrator;
+    if args.hemisphere.is_some() && kind.has(|x| x.s > 0) {
+        return Err(Failure::usage(format!("--hemisphere says how -i path-hemisphere samples, and this is -i {kind}")));
+    }
     let none = |what: &str| Err(Failure::usage(format!("-i {kind} {what}")));
     let by_area = !kind.has_strategies();
     let walks_from_camera = kind.has(|x| x.t >= 2);
@@ -247,6 +166,23 @@ fn refuse_needless(args: &RenderArgs) -> Result<(), Failure> {
         return none("has no rays at the first surface that --rays could count");
     }
     Ok(())
+}
+
+/// Refuses ranges of lengths with no path in them.
+fn check_depths(args: &RenderArgs) -> Result<(), Failure> {
+    let (least, most) = (args.min_depth, max_depth(args));
+    if least > most {
+        return Err(Failure::usage(format!("no path has {least} edges or more and {most} at most: raise --max-depth")));
+    }
+    Ok(())
+}
+
+/// Refuses places where what is to be written cannot be.
+fn check_places(args: &RenderArgs, outputs: &Outputs) -> Result<(), Failure> {
+    Keeper::check(&args.part, outputs)?;
+    stats::check(args.stats.as_ref(), outputs)?;
+    args.layers.check(outputs)?;
+    args.data.check(args, outputs)
 }
 
 /// The image's name in a viewer.
@@ -377,35 +313,36 @@ fn check_memory(args: &RenderArgs, settings: &Settings) -> Result<(), Failure> {
     args.size.check_memory(needed + args.data.memory(pixels), settings.crop)
 }
 
-/// What the image's file says of it.
-fn image_header(
-    sensor: Sensor,
-    recorded: &BTreeMap<String, String>,
-    renderer: &Renderer<'_>,
-    quality: Option<Quality>,
-) -> Header {
-    let mut header = header(sensor, recorded, &renderer.sums(), &Passes::from(renderer.range()));
-    // It chose the number of samples by what they showed.
-    header.attributes.extend(quality.map(|quality| ("noise-target".to_owned(), quality.to_string())));
-    header
+/// Refuses light paths that a thread would have to keep and has no room for.
+fn check_light_subpaths(settings: &Settings) -> Result<(), Failure> {
+    let of_a_thread = settings.light_subpath_memory();
+    if of_a_thread > MOST_LIGHT_SUBPATHS {
+        return Err(Failure::usage(format!(
+            "--light-vertices would keep {} MB of light paths for each thread: fewer --light-paths, or a lower \
+             --max-depth",
+            of_a_thread >> 20
+        )));
+    }
+    Ok(())
 }
 
-/// Writes the image and its layers to all outputs.
-fn write(
-    args: &RenderArgs,
-    outputs: &Outputs,
-    header: &Header,
-    renderer: &Renderer<'_>,
-    pool: &ThreadPool,
-    terminal: Terminal,
-) -> Result<(), Failure> {
-    let passes = renderer.passes();
-    let exposure = args.exposure.map_or(Exposure::Auto, Exposure::Ev);
-    let picture = Picture {
-        image: renderer.film().image(passes),
-        alpha: renderer.alpha(),
-        layers: layers::images(&renderer.sums(), passes),
-        data: pool.install(|| args.data.channels(renderer)),
-    };
-    outputs.write(&picture, header, exposure, terminal)
+/// Refuses more samples of lights at a vertex than anybody waits for.
+fn check_light_samples(scene: &Scene, settings: &Settings) -> Result<(), Failure> {
+    let samples = u64::from(scene.lights().next_event_samples()) * u64::from(settings.light_samples);
+    if samples > MOST_RAYS {
+        return Err(Failure::usage(format!(
+            "{samples} samples of lights at a vertex are too many: --lights tree, or fewer --light-samples"
+        )));
+    }
+    Ok(())
+}
+
+/// What the image's header says whatever the number of samples.
+fn recorded(args: &RenderArgs, job: &Job<'_>, scene: &Scene) -> BTreeMap<String, String> {
+    let mut recorded = header::settings(job);
+    if scene.culls_back_faces() {
+        recorded.insert("back-faces".to_owned(), "culled for the camera".to_owned());
+    }
+    args.layers.record(&mut recorded);
+    recorded
 }

@@ -7,7 +7,7 @@ use pathspace::{
     film::{Crop, Film, Header, Sums},
     integrator::{RelativeRoulette, Weighting},
     io::{NamedCamera, ThinLens, View},
-    path::Roulette,
+    path::{Roulette, Strategy},
     render::{Background, Settings},
     sampling::Filter,
     scene::{bsdf::Directions, camera::Sensor, light::LightChoice},
@@ -37,9 +37,8 @@ pub struct Job<'a> {
 /// What changes pixels, by its name in the header, whatever the number of samples: two renders for which this is the
 /// same, and the size, are parts of one.
 pub fn settings(job: &Job<'_>) -> BTreeMap<String, String> {
-    let settings = job.settings;
-    let camera = job.camera;
-    let mut attributes = vec![
+    let Job { settings, camera, .. } = job;
+    let always = [
         ("version", env!("CARGO_PKG_VERSION").to_owned()),
         ("scene", job.scene_hash.clone()),
         ("camera", format!("at {} to {} up {} {}", camera.position, camera.forward, camera.up, view(camera.view))),
@@ -51,57 +50,33 @@ pub fn settings(job: &Job<'_>) -> BTreeMap<String, String> {
         (FILTER, settings.filter.to_string()),
         ("instructions", INSTRUCTIONS.to_owned()),
     ];
-    if settings.min_depth != 1 {
-        attributes.push(("min-depth", settings.min_depth.to_string()));
-    }
-    if settings.light_samples != 1 {
-        attributes.push(("light-samples", settings.light_samples.to_string()));
-    }
-    if settings.splits != 1 {
-        attributes.push(("splits", settings.splits.to_string()));
-    }
-    if settings.light_paths != 1 {
-        attributes.push(("light-paths", settings.light_paths.to_string()));
-    }
-    if let Some(each) = settings.light_vertices {
-        attributes.push(("light-vertices", each.to_string()));
-    }
-    if let Some(RelativeRoulette { threshold, end }) = settings.connection_roulette {
-        attributes.push(("connection-roulette", format!("{threshold},{end}")));
-    }
-    if job.lights != LightChoice::default() {
-        attributes.push(("lights", job.lights.to_string()));
-    }
-    if let Some(paths) = &job.paths {
-        attributes.push(("paths", paths.clone()));
-    }
-    if settings.hemisphere != Directions::Bsdf {
-        attributes.push(("hemisphere", settings.hemisphere.name().to_owned()));
-    }
-    if let Some(index) = job.shown {
-        attributes.push(("scene-index", index.to_string()));
-    }
-    if let Some(environment) = &job.environment {
-        attributes.push(("environment", environment.clone()));
-    }
-    if let Some(clamp) = settings.clamp {
-        attributes.push(("clamp", clamp.to_string()));
-    }
-    if settings.background == Background::Transparent {
-        attributes.push(("background", "transparent".to_owned()));
-    }
-    if let Some((strategy, weighting)) = settings.only {
-        let weighting = match weighting {
-            Weighting::Weighted => "weighted",
-            Weighting::Unweighted => "unweighted",
-        };
-        attributes.push(("only-strategy", format!("{},{} {weighting}", strategy.s, strategy.t)));
-    }
-    if settings.crop != Crop::full(job.sensor) {
-        let Crop { x0, y0, x1, y1 } = settings.crop;
-        attributes.push(("crop", format!("{x0},{y0},{x1},{y1}")));
-    }
-    attributes.into_iter().map(|(name, value)| (name.to_owned(), value)).collect()
+    let unusual = unusual(job).into_iter().filter_map(|(name, value)| Some((name, value?)));
+    always.into_iter().chain(unusual).map(|(name, value)| (name.to_owned(), value)).collect()
+}
+
+/// What a header has only where it is not as usual.
+fn unusual(job: &Job<'_>) -> [(&'static str, Option<String>); 15] {
+    let Job { settings, lights, .. } = job;
+    let unless_one = |count: u32| (count != 1).then(|| count.to_string());
+    let relative = |RelativeRoulette { threshold, end }| format!("{threshold},{end}");
+    let is_transparent = settings.background == Background::Transparent;
+    [
+        ("min-depth", unless_one(settings.min_depth)),
+        ("light-samples", unless_one(settings.light_samples)),
+        ("splits", unless_one(settings.splits)),
+        ("light-paths", unless_one(settings.light_paths)),
+        ("light-vertices", settings.light_vertices.map(|each| each.to_string())),
+        ("connection-roulette", settings.connection_roulette.map(relative)),
+        ("lights", (*lights != LightChoice::default()).then(|| lights.to_string())),
+        ("paths", job.paths.clone()),
+        ("hemisphere", (settings.hemisphere != Directions::Bsdf).then(|| settings.hemisphere.name().to_owned())),
+        ("scene-index", job.shown.map(|index| index.to_string())),
+        ("environment", job.environment.clone()),
+        ("clamp", settings.clamp.map(|clamp| clamp.to_string())),
+        ("background", is_transparent.then(|| "transparent".to_owned())),
+        ("only-strategy", settings.only.map(only)),
+        ("crop", (settings.crop != Crop::full(job.sensor)).then(|| crop(settings.crop))),
+    ]
 }
 
 /// The filter, as [`settings`] says it.
@@ -143,6 +118,18 @@ fn roulette(roulette: Roulette) -> String {
         Roulette::FromDepth(depth) => depth.to_string(),
         Roulette::ByThroughput(depth) => format!("throughput:{depth}"),
     }
+}
+
+fn only((strategy, weighting): (Strategy, Weighting)) -> String {
+    let weighting = match weighting {
+        Weighting::Weighted => "weighted",
+        Weighting::Unweighted => "unweighted",
+    };
+    format!("{},{} {weighting}", strategy.s, strategy.t)
+}
+
+fn crop(Crop { x0, y0, x1, y1 }: Crop) -> String {
+    format!("{x0},{y0},{x1},{y1}")
 }
 
 /// What is known about the noise, in words where it is nothing.

@@ -2,7 +2,7 @@
 
 use pathspace::{
     path::Roulette,
-    verify::{Budget, FAMILY, Outcome, Report, Row},
+    verify::{Budget, ClassShare, Contestant, FAMILY, Outcome, Report, Row},
 };
 use serde_json::{Value, json};
 
@@ -28,35 +28,6 @@ pub fn describe(job: &Job, report: &Report) -> Value {
         Roulette::FromDepth(depth) => (Some(depth), Some("reflectance")),
         Roulette::ByThroughput(depth) => (Some(depth), Some("throughput")),
     };
-    let integrators = report.integrators.iter().map(|one| {
-        let classes = one.uncovered_classes.iter().map(|(class, part)| json!({ "class": class.name(), "share": part }));
-        json!({
-            "name": one.kind.name(),
-            "spp": one.passes,
-            "seconds": one.elapsed.as_secs_f64(),
-            "uncovered": one.uncovered,
-            "uncovered_classes": classes.collect::<Vec<_>>(),
-            "rejected": one.rejected,
-        })
-    });
-    let classes = report.classes.iter().map(|class| {
-        let covered = report.integrators.iter().filter(|one| {
-            one.uncovered_classes.iter().all(|(missing, part)| *missing != class.class || *part < class.share)
-        });
-        json!({
-            "name": class.class.name(),
-            "letters": class.class.letters(),
-            "share": class.share,
-            "covered_by": covered.map(|one| one.kind.name()).collect::<Vec<_>>(),
-            "covered_by_one_alone": class.alone,
-        })
-    });
-    // Nobody waits for what is beyond that.
-    let longer = report.longer.filter(|_| text::needed(job, report).flatten().is_some());
-    let needed = longer.map(|longer| match plan.budget {
-        Budget::Time(time) => json!({ "seconds": time.as_secs_f64() * longer }),
-        Budget::Passes(passes) => json!({ "spp": (f64::from(passes) * longer).ceil() }),
-    });
     let files: Vec<_> = pictures::names(report).into_iter().chain([FILE.to_owned()]).collect();
     json!({
         "layout": LAYOUT,
@@ -85,11 +56,46 @@ pub fn describe(job: &Job, report: &Report) -> Value {
         "mean": report.mean,
         "lights": report.lights,
         "retested": report.retested,
-        "needed": needed,
-        "integrators": integrators.collect::<Vec<_>>(),
-        "classes": classes.collect::<Vec<_>>(),
+        "needed": needed(job, report),
+        "integrators": report.integrators.iter().map(integrator).collect::<Vec<_>>(),
+        "classes": report.classes.iter().map(|class| share(report, class)).collect::<Vec<_>>(),
         "comparisons": report.rows.iter().map(|row| comparison(report, row)).collect::<Vec<_>>(),
         "files": files,
+    })
+}
+
+/// What a run of sufficient length would take, if this one was too short; nobody waits for what is beyond
+/// [`text::needed`].
+fn needed(job: &Job, report: &Report) -> Option<Value> {
+    let longer = report.longer.filter(|_| text::needed(job, report).flatten().is_some())?;
+    Some(match job.plan.budget {
+        Budget::Time(time) => json!({ "seconds": time.as_secs_f64() * longer }),
+        Budget::Passes(passes) => json!({ "spp": (f64::from(passes) * longer).ceil() }),
+    })
+}
+
+fn integrator(one: &Contestant) -> Value {
+    let classes = one.uncovered_classes.iter().map(|(class, part)| json!({ "class": class.name(), "share": part }));
+    json!({
+        "name": one.kind.name(),
+        "spp": one.passes,
+        "seconds": one.elapsed.as_secs_f64(),
+        "uncovered": one.uncovered,
+        "uncovered_classes": classes.collect::<Vec<_>>(),
+        "rejected": one.rejected,
+    })
+}
+
+fn share(report: &Report, class: &ClassShare) -> Value {
+    let covered = report.integrators.iter().filter(|one| {
+        one.uncovered_classes.iter().all(|(missing, part)| *missing != class.class || *part < class.share)
+    });
+    json!({
+        "name": class.class.name(),
+        "letters": class.class.letters(),
+        "share": class.share,
+        "covered_by": covered.map(|one| one.kind.name()).collect::<Vec<_>>(),
+        "covered_by_one_alone": class.alone,
     })
 }
 

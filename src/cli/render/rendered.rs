@@ -1,0 +1,160 @@
+//! What follows the last pass of `pathspace render`: warnings, the files, and what is said of them.
+
+use std::{collections::BTreeMap, path::Path};
+
+use pathspace::{
+    film::{Exposure, Header},
+    render::Renderer,
+};
+use rayon::ThreadPool;
+use serde_json::{Value, json};
+
+use crate::cli::{
+    render::{
+        args::RenderArgs,
+        keep::{Keeper, resume_command},
+        pass_loop::Ended,
+        stats::{Phases, Stats},
+    },
+    shared::{
+        exit::{Exit, Failure},
+        header::{Job, header},
+        layers,
+        passes::Passes,
+        pictures::{Outputs, Picture},
+        progress::Progress,
+        saved,
+        terminal::Terminal,
+    },
+};
+
+/// A render that has ended, by itself or by a signal.
+pub struct Rendered<'a> {
+    pub args: &'a RenderArgs,
+    pub job: &'a Job<'a>,
+    /// What the header says whatever the number of samples.
+    pub recorded: &'a BTreeMap<String, String>,
+    /// How many passes there are in the whole image, if that is known.
+    pub whole: Option<u32>,
+    pub outputs: &'a Outputs,
+    pub renderer: &'a Renderer<'a>,
+    pub ended: Ended,
+    /// Why the image is black, if it is.
+    pub black: Option<String>,
+    pub keeper: &'a Keeper<'a>,
+    pub pool: &'a ThreadPool,
+}
+
+/// What was written of it.
+struct Written<'a> {
+    checkpoint: Option<&'a Path>,
+    /// `None` for a shard that was interrupted.
+    outputs: Option<&'a Outputs>,
+}
+
+impl Rendered<'_> {
+    /// Writes all files, and says what there is to say; the exit code.
+    pub fn finish(&self, progress: &Progress, mut phases: Phases, terminal: Terminal) -> Result<Exit, Failure> {
+        self.warn(terminal);
+        phases.end("render");
+        let written = self.write(terminal)?;
+        phases.end("write");
+        self.write_statistics(&phases)?;
+        self.say(&written, terminal);
+        progress.event(|| self.end(&written));
+        Ok(self.ended.exit())
+    }
+
+    /// What is wrong with the image.
+    fn warn(&self, terminal: Terminal) {
+        if let Some(why) = &self.black {
+            terminal.warn(format_args!("the image is black: {why}"));
+        }
+        let ended = &self.ended;
+        if let Some(quality) = ended.quality.filter(|quality| !quality.is_reached() && ended.interrupted.is_none()) {
+            terminal.warn(format_args!("{} spp are not enough for --noise {}", ended.moment.passes, quality.below));
+        }
+    }
+
+    fn write(&self, terminal: Terminal) -> Result<Written<'_>, Failure> {
+        // The checkpoint first: it is what cannot be made again from the image.
+        let checkpoint = match self.ended.interrupted {
+            None => self.keeper.at_end(self.renderer)?,
+            Some(_) => Some(self.keeper.at_interruption(self.renderer)?),
+        };
+        let outputs = match (self.args.part.shard, self.ended.interrupted) {
+            // Half a shard is none.
+            (Some(_), Some(_)) => None,
+            (Some(_), None) => {
+                let shard = saved::encode(self.renderer, self.job.sensor, self.recorded, self.whole);
+                self.outputs.write_bytes(shard)?;
+                Some(self.outputs)
+            }
+            (None, _) => {
+                self.write_image(terminal)?;
+                Some(self.outputs)
+            }
+        };
+        Ok(Written { checkpoint, outputs })
+    }
+
+    /// Writes the image and its layers to all outputs.
+    fn write_image(&self, terminal: Terminal) -> Result<(), Failure> {
+        let renderer = self.renderer;
+        let passes = renderer.passes();
+        let exposure = self.args.exposure.map_or(Exposure::Auto, Exposure::Ev);
+        let picture = Picture {
+            image: renderer.film().image(passes),
+            alpha: renderer.alpha(),
+            layers: layers::images(&renderer.sums(), passes),
+            data: self.pool.install(|| self.args.data.channels(renderer)),
+        };
+        self.outputs.write(&picture, &self.header(), exposure, terminal)
+    }
+
+    /// What the image's file says of it.
+    fn header(&self) -> Header {
+        let passes = Passes::from(self.renderer.range());
+        let mut header = header(self.job.sensor, self.recorded, &self.renderer.sums(), &passes);
+        // It chose the number of samples by what they showed.
+        header.attributes.extend(self.ended.quality.map(|quality| ("noise-target".to_owned(), quality.to_string())));
+        header.attributes.extend(self.args.data.attribute());
+        header
+    }
+
+    /// Writes the file of `--stats`, if there is to be one.
+    fn write_statistics(&self, phases: &Phases) -> Result<(), Failure> {
+        let Some(path) = &self.args.stats else { return Ok(()) };
+        let Self { job, renderer, ended, keeper, pool, .. } = self;
+        let (black, threads) = (self.black.as_deref(), pool.current_num_threads());
+        Stats { job, renderer, ended, black, keeper, phases, threads }.write(path)
+    }
+
+    /// What was written, and how an interrupted render goes on.
+    fn say(&self, written: &Written<'_>, terminal: Terminal) {
+        if let Some(outputs) = written.outputs {
+            terminal.say(outputs.said());
+        }
+        if let (Some(_), Some(checkpoint)) = (self.ended.interrupted, written.checkpoint) {
+            terminal.say(format_args!("interrupted; to go on: {}", resume_command(checkpoint)));
+        }
+    }
+
+    /// The last object of `--progress json`.
+    fn end(&self, written: &Written<'_>) -> Value {
+        let name = |path: &Path| path.display().to_string();
+        let files: Vec<_> = written.outputs.iter().flat_map(|outputs| outputs.paths()).map(|path| name(path)).collect();
+        let ended = &self.ended;
+        json!({
+            "event": "end",
+            "outcome": ended.outcome(),
+            "exit": ended.exit() as u8,
+            "spp": ended.moment.passes,
+            "elapsed": ended.moment.elapsed.as_secs_f64(),
+            "noise": ended.moment.noise,
+            "black": self.black,
+            "files": files,
+            "checkpoint": written.checkpoint.map(name),
+        })
+    }
+}
