@@ -381,13 +381,12 @@ impl Tree {
                     }
                 }
             }
-            loop {
+            current = loop {
                 let Some(entry) = stack.pop() else { return };
                 if entry.near() <= limit {
-                    current = entry.child();
-                    break;
+                    break entry.child();
                 }
-            }
+            };
         }
     }
 }
