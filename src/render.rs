@@ -32,7 +32,7 @@ use self::{
 use crate::{
     film::{Coverage, Crop, Film, FixedPoint, Half, Sums},
     instructions::Instructions,
-    integrator::{Connects, Integrator, LightHalf, Samplers, Scratch, Sink, Splats},
+    integrator::{Connects, Integrator, LightStage, Samplers, Scratch, Sink, Splats},
     layers::Layers,
     path::Technique,
     sampling::{Block, Independent, Sampler, SamplerKind, Sobol},
@@ -244,37 +244,37 @@ impl<'a> Renderer<'a> {
     /// One sample of each pixel of a tile, in the present pass. Returns the number of samples that this counts as.
     #[inline(always)]
     fn tile<S: Sampler>(&self, tile: u32, scratch: &mut Scratch, sink: &mut impl Sink) -> u64 {
-        let rounds: &[Halves] =
-            if self.integrator.shares_light_vertices() { &[Halves::Light, Halves::Camera] } else { &[Halves::Both] };
+        let rounds: &[Stages] =
+            if self.integrator.shares_light_vertices() { &[Stages::Light, Stages::Camera] } else { &[Stages::Both] };
         let mut samples = 0;
         scratch.start_over();
-        for halves in rounds {
+        for stages in rounds {
             for pixel in PaddedImage(self.scene.camera.sensor()).tile(tile) {
-                samples += self.sample::<S>(pixel, *halves, scratch, sink);
+                samples += self.sample::<S>(pixel, *stages, scratch, sink);
             }
         }
         samples
     }
 
-    /// One sample of one pixel of the padded image, or a half of it. Returns the number of samples that this counts as.
+    /// One sample of one pixel of the padded image, or a stage of it. Returns the number of samples that this counts as.
     #[inline(always)]
-    fn sample<S: Sampler>(&self, pixel: Pixel, halves: Halves, scratch: &mut Scratch, sink: &mut impl Sink) -> u64 {
+    fn sample<S: Sampler>(&self, pixel: Pixel, stages: Stages, scratch: &mut Scratch, sink: &mut impl Sink) -> u64 {
         let mut streams = self.streams::<S>(pixel);
         let samplers = &mut Samplers::of(&mut streams);
         let serves_crop = self.serves_crop(pixel);
-        if halves == Halves::Both {
+        if stages == Stages::Both {
             scratch.start_over();
         }
-        if halves != Halves::Camera {
-            let connects = serves_crop || halves == Halves::Light;
+        if stages != Stages::Camera {
+            let connects = serves_crop || stages == Stages::Light;
             let splats = pixel.is_inside(self.scene.camera.sensor());
-            let half = LightHalf {
+            let stage = LightStage {
                 connects: if connects { Connects::Yes } else { Connects::No },
                 splats: if splats { Splats::Yes } else { Splats::No },
             };
-            self.integrator.estimate_from_light(self.scene, half, scratch, samplers, sink);
+            self.integrator.estimate_from_light(self.scene, stage, scratch, samplers, sink);
         }
-        if halves == Halves::Light || !serves_crop {
+        if stages == Stages::Light || !serves_crop {
             return 0;
         }
         if self.integrator.walks_from_camera() || self.coverage.is_some() {
@@ -367,7 +367,7 @@ impl<'a> Renderer<'a> {
 
 /// The part of a pixel's sample that is done at once.
 #[derive(Clone, Copy, PartialEq, Eq)]
-enum Halves {
+enum Stages {
     Both,
     /// The first, of all pixels of a tile before the second of any: these share their light vertices.
     Light,

@@ -35,7 +35,7 @@ pub fn p_of_no_bias(a: Measured<'_>, b: Measured<'_>) -> Option<f64> {
     if (a.halves.is_none() && b.halves.is_none()) || width.min(height) < CELL * REGIONS {
         return None;
     }
-    let mut regions = [Sums::default(); (REGIONS * REGIONS) as usize];
+    let mut regions = [Moments::default(); (REGIONS * REGIONS) as usize];
     for cell_y in 0..height / CELL {
         for cell_x in 0..width / CELL {
             let of = |image: &Image| cell_mean(image, cell_x * CELL, cell_y * CELL);
@@ -45,19 +45,19 @@ pub fn p_of_no_bias(a: Measured<'_>, b: Measured<'_>) -> Option<f64> {
             regions[number as usize].add(of(a.image) - of(b.image), variance(a) + variance(b));
         }
     }
-    let smallest = regions.iter().map(Sums::p).fold(1.0, f64::min);
+    let smallest = regions.iter().map(Moments::p).fold(1.0, f64::min);
     Some(any_of(smallest, f64::from(REGIONS * REGIONS)))
 }
 
 /// Over the cells of a region.
 #[derive(Clone, Copy, Default)]
-struct Sums {
+struct Moments {
     difference: f64,
     variance: f64,
     variance_squared: f64,
 }
 
-impl Sums {
+impl Moments {
     fn add(&mut self, difference: f64, variance: f64) {
         self.difference += difference;
         self.variance += variance;

@@ -71,14 +71,14 @@ pub trait Sink {
 
 /// What the light subpaths of a pixel of the padded image are for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct LightHalf {
+pub struct LightStage {
     /// Whether camera subpaths are going to be connected to them.
     pub connects: Connects,
     /// Whether they are among the N_l that splat.
     pub splats: Splats,
 }
 
-/// See [`LightHalf::connects`].
+/// See [`LightStage::connects`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Connects {
     /// A pixel with camera subpaths, or of a tile that shares light vertices.
@@ -87,7 +87,7 @@ pub enum Connects {
     No,
 }
 
-/// See [`LightHalf::splats`].
+/// See [`LightStage::splats`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Splats {
     /// A pixel of the image: its light subpath is connected to the lens.
@@ -116,13 +116,13 @@ impl Integrator {
         }
     }
 
-    /// The first half of a pixel's sample: walks its light subpaths, beside those that `scratch` has, and deposits by
+    /// The first stage of a pixel's sample: walks its light subpaths, beside those that `scratch` has, and deposits by
     /// the strategies that need no camera subpath.
     #[inline(always)]
     pub fn estimate_from_light<S: Sampler>(
         &self,
         scene: &Scene,
-        LightHalf { connects, splats }: LightHalf,
+        LightStage { connects, splats }: LightStage,
         scratch: &mut Scratch,
         samplers: &mut Samplers<'_, S>,
         sink: &mut impl Sink,
@@ -171,7 +171,7 @@ impl Integrator {
         }
     }
 
-    /// The second half of a pixel's sample: walks its camera subpaths, joins them with lights and with the light
+    /// The second stage of a pixel's sample: walks its camera subpaths, joins them with lights and with the light
     /// subpaths that `scratch` has by every strategy of the table, and deposits.
     ///
     /// A connection's ray is traced only where something can arrive, and before the path is weighed: V of the
@@ -257,7 +257,7 @@ impl Integrator {
         }
     }
 
-    /// Whether the pixels of a tile have their light subpaths in common, so that the first half of all comes before the
+    /// Whether the pixels of a tile have their light subpaths in common, so that the first stage of all comes before the
     /// second of any.
     #[inline]
     pub fn shares_light_vertices(&self) -> bool {

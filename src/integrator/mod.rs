@@ -7,7 +7,7 @@ mod kind;
 
 pub use connection_roulette::{ConnectionRoulette, RelativeRoulette};
 pub use description::{Description, Gap, Landing, LightSampling, Table};
-pub use estimator::{Connects, LightHalf, Samplers, Scratch, Sink, Splats};
+pub use estimator::{Connects, LightStage, Samplers, Scratch, Sink, Splats};
 
 use self::estimator::connectible;
 use crate::{

@@ -88,13 +88,13 @@ pub enum LoadError {
 /// A [`LoadError`] before it knows its file: what the parts of the loader return.
 #[derive(Debug)]
 pub(super) struct Fault {
-    kind: Kind,
+    reason: Reason,
     pointer: String,
     what: String,
 }
 
 #[derive(Debug)]
-enum Kind {
+enum Reason {
     Invalid,
     Unsupported,
     TooLarge,
@@ -103,34 +103,34 @@ enum Kind {
 
 impl Fault {
     pub(super) fn invalid(pointer: impl Into<String>, what: impl AsRef<str>) -> Self {
-        Self::new(Kind::Invalid, pointer, what)
+        Self::new(Reason::Invalid, pointer, what)
     }
 
     pub(super) fn unsupported(pointer: impl Into<String>, what: impl AsRef<str>) -> Self {
-        Self::new(Kind::Unsupported, pointer, what)
+        Self::new(Reason::Unsupported, pointer, what)
     }
 
     pub(super) fn too_large(pointer: impl Into<String>, what: impl AsRef<str>) -> Self {
-        Self::new(Kind::TooLarge, pointer, what)
+        Self::new(Reason::TooLarge, pointer, what)
     }
 
     pub(super) fn resource(pointer: impl Into<String>, what: impl AsRef<str>) -> Self {
-        Self::new(Kind::Resource, pointer, what)
+        Self::new(Reason::Resource, pointer, what)
     }
 
-    fn new(kind: Kind, pointer: impl Into<String>, what: impl AsRef<str>) -> Self {
-        Self { kind, pointer: pointer.into(), what: one_line(what.as_ref()) }
+    fn new(reason: Reason, pointer: impl Into<String>, what: impl AsRef<str>) -> Self {
+        Self { reason, pointer: pointer.into(), what: one_line(what.as_ref()) }
     }
 
     /// The error, in this file.
     pub(super) fn at(self, file: &str) -> LoadError {
-        let Self { kind, pointer, what } = self;
+        let Self { reason, pointer, what } = self;
         let file = file.to_owned();
-        match kind {
-            Kind::Invalid => LoadError::Invalid { file, pointer, what },
-            Kind::Unsupported => LoadError::Unsupported { file, pointer, what },
-            Kind::TooLarge => LoadError::TooLarge { file, pointer, what },
-            Kind::Resource => LoadError::Resource { file, pointer, what },
+        match reason {
+            Reason::Invalid => LoadError::Invalid { file, pointer, what },
+            Reason::Unsupported => LoadError::Unsupported { file, pointer, what },
+            Reason::TooLarge => LoadError::TooLarge { file, pointer, what },
+            Reason::Resource => LoadError::Resource { file, pointer, what },
         }
     }
 }

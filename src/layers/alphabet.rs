@@ -11,7 +11,7 @@ use crate::{
 /// What happens at a vertex.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(u8)]
-pub(super) enum Kind {
+pub(super) enum Letter {
     Camera,
     DiffuseReflection,
     DiffuseTransmission,
@@ -26,10 +26,10 @@ pub(super) enum Kind {
     Sky,
 }
 
-/// How many kinds there are.
-const KINDS: u8 = 12;
+/// How many letters there are.
+const LETTERS: u8 = 12;
 
-impl Kind {
+impl Letter {
     /// The lights, and what they are called.
     pub const LIGHTS: [(Self, &str); 5] = [
         (Self::Surface, "surface"),
@@ -61,24 +61,24 @@ impl Kind {
     }
 }
 
-/// A set of kinds.
+/// A set of letters.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) struct Kinds(u16);
+pub(super) struct Letters(u16);
 
-impl Kinds {
-    pub const ALL: Self = Self((1 << KINDS) - 1);
+impl Letters {
+    pub const ALL: Self = Self((1 << LETTERS) - 1);
 
-    pub fn just(kind: Kind) -> Self {
-        Self(1 << kind as u8)
+    pub fn just(letter: Letter) -> Self {
+        Self(1 << letter as u8)
     }
 
-    fn among(kinds: &[Kind]) -> Self {
-        Self(kinds.iter().fold(0, |set, kind| set | Self::just(*kind).0))
+    fn among(letters: &[Letter]) -> Self {
+        Self(letters.iter().fold(0, |set, letter| set | Self::just(*letter).0))
     }
 
     /// What a letter of an expression stands for.
     pub fn of_letter(letter: char) -> Option<Self> {
-        use Kind::{
+        use Letter::{
             Camera, DiffuseReflection, DiffuseTransmission, GlossyReflection, GlossyTransmission, Lamp, Sky,
             SpecularReflection, SpecularTransmission, Spot, Sun, Surface,
         };
@@ -96,7 +96,7 @@ impl Kinds {
     }
 }
 
-impl BitAnd for Kinds {
+impl BitAnd for Letters {
     type Output = Self;
 
     fn bitand(self, other: Self) -> Self {
@@ -124,7 +124,7 @@ pub enum TagError {
 }
 
 impl Tags {
-    /// So many names fit into a byte beside the kinds.
+    /// So many names fit into a byte beside the letters.
     const MOST: usize = 20;
 
     /// Looks `names` up among the scene's materials.
@@ -157,14 +157,14 @@ impl Tags {
 
     /// Every symbol that a path may have.
     pub(super) fn symbols(&self) -> impl Iterator<Item = u8> {
-        0..KINDS * (self.names.len() as u8 + 1)
+        0..LETTERS * (self.names.len() as u8 + 1)
     }
 
-    /// Whether a symbol is of one of these kinds, and of that name if there is one.
-    pub(super) fn is(&self, symbol: u8, kinds: Kinds, name: Option<&str>) -> bool {
-        let (tag, kind) = (symbol / KINDS, symbol % KINDS);
+    /// Whether a symbol is of one of these letters, and of that name if there is one.
+    pub(super) fn is(&self, symbol: u8, letters: Letters, name: Option<&str>) -> bool {
+        let (tag, letter) = (symbol / LETTERS, symbol % LETTERS);
         let named = name.is_none_or(|name| tag > 0 && self.names[usize::from(tag) - 1] == name);
-        kinds.0 >> kind & 1 == 1 && named
+        letters.0 >> letter & 1 == 1 && named
     }
 
     /// Writes the symbols of a path, camera first, and returns how many they are.
@@ -173,20 +173,20 @@ impl Tags {
     /// If the path has more vertices than `symbols` has room for.
     pub(super) fn spell(&self, scene: &Scene, path: &JoinedPath, symbols: &mut [u8]) -> usize {
         let n = path.edges() as usize;
-        symbols[0] = Kind::Camera as u8;
+        symbols[0] = Letter::Camera as u8;
         for i in 1..n as u32 {
-            let kind = Kind::of_event(path.event(i), path.transmits(i));
-            symbols[i as usize] = self.symbol(kind, path.point(i));
+            let letter = Letter::of_event(path.event(i), path.transmits(i));
+            symbols[i as usize] = self.symbol(letter, path.point(i));
         }
         let end = path.point(n as u32);
-        let light = end.light.map_or(Kind::Surface, |id| Kind::of_light(scene.lights().get(id)));
+        let light = end.light.map_or(Letter::Surface, |id| Letter::of_light(scene.lights().get(id)));
         symbols[n] = self.symbol(light, end);
         n + 1
     }
 
-    fn symbol(&self, kind: Kind, point: &Point) -> u8 {
+    fn symbol(&self, letter: Letter, point: &Point) -> u8 {
         // A place without a surface has no material.
         let tag = self.of_material.get(point.material.0 as usize).copied().unwrap_or(0);
-        kind as u8 + KINDS * tag
+        letter as u8 + LETTERS * tag
     }
 }

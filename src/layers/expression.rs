@@ -10,7 +10,7 @@ use regex_automata::{
     util::syntax,
 };
 
-use super::alphabet::{Kind, Kinds, Tags};
+use super::alphabet::{Letter, Letters, Tags};
 use crate::text::one_line;
 
 /// A light path expression as it was written: syntactically right, its names not yet looked up.
@@ -50,10 +50,10 @@ enum Node {
     },
 }
 
-/// Events of these kinds, at a material of this name if one is given.
+/// Letters of these kinds, at a material of this name if one is given.
 #[derive(Clone, Debug)]
 struct Atom {
-    kinds: Kinds,
+    kinds: Letters,
     name: Option<String>,
 }
 
@@ -298,7 +298,7 @@ impl Parser<'_> {
             let kinds = self.letter()?;
             return Ok(Atom { kinds, name: None });
         }
-        let (mut kinds, mut name) = (Kinds::ALL, None);
+        let (mut kinds, mut name) = (Letters::ALL, None);
         loop {
             match self.peek() {
                 None => return Err(self.error("a '>' is missing")),
@@ -313,25 +313,25 @@ impl Parser<'_> {
         }
     }
 
-    fn letter(&mut self) -> Result<Kinds, ExpressionError> {
+    fn letter(&mut self) -> Result<Letters, ExpressionError> {
         let Some(letter) = self.peek() else { return Err(self.error("the expression ends too early")) };
-        let kinds = Kinds::of_letter(letter)
+        let kinds = Letters::of_letter(letter)
             .ok_or_else(|| self.error(format!("'{letter}' is no event; these are C, D, G, S, L, R, T and '.'")))?;
         self.at += 1;
         Ok(kinds)
     }
 
-    fn word(&mut self) -> Result<Kinds, ExpressionError> {
+    fn word(&mut self) -> Result<Letters, ExpressionError> {
         let start = self.at;
         let rest = self.characters[start..].iter();
         let word: String = rest.take_while(|c| c.is_ascii_lowercase()).collect();
-        let kind = Kind::LIGHTS.into_iter().find(|(_, name)| *name == word);
-        let Some((kind, _)) = kind else {
-            let known = Kind::LIGHTS.map(|(_, name)| name).join(", ");
+        let letter = Letter::LIGHTS.into_iter().find(|(_, name)| *name == word);
+        let Some((letter, _)) = letter else {
+            let known = Letter::LIGHTS.map(|(_, name)| name).join(", ");
             return Err(self.error(format!("'{word}' is no kind of light; these are {known}")));
         };
         self.at = start + word.len();
-        Ok(Kinds::just(kind))
+        Ok(Letters::just(letter))
     }
 
     fn quoted(&mut self) -> Result<String, ExpressionError> {

@@ -1,6 +1,6 @@
 //! Expressions against paths spelled by hand.
 
-use super::{alphabet::Kind, *};
+use super::{alphabet::Letter, *};
 use crate::scene::{
     bsdf::ScatterEvent,
     camera::{Camera, Sensor},
@@ -21,17 +21,17 @@ fn spelled(tags: &Tags, names: &[&str], path: &str) -> Vec<u8> {
     let symbol = |word: &str| {
         let (kind, name) = word.split_once(':').unwrap_or((word, ""));
         let kind = match kind {
-            "C" => Kind::Camera,
-            "L" => Kind::Surface,
-            "P" => Kind::Lamp,
-            "H" => Kind::Sky,
+            "C" => Letter::Camera,
+            "L" => Letter::Surface,
+            "P" => Letter::Lamp,
+            "H" => Letter::Sky,
             _ => {
                 let event = match &kind[..1] {
                     "D" => ScatterEvent::Diffuse,
                     "G" => ScatterEvent::Glossy,
                     _ => ScatterEvent::Specular,
                 };
-                Kind::of_event(event, &kind[1..] == "T")
+                Letter::of_event(event, &kind[1..] == "T")
             }
         };
         let tag = names.iter().position(|n| *n == name).map_or(0, |i| i as u8 + 1);

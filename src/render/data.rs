@@ -39,7 +39,7 @@ const MOST_SAMPLES: u32 = 64;
 
 /// The sums of one pixel.
 #[derive(Clone, Copy, Default)]
-struct Sums {
+struct Seen {
     samples: u32,
     hits: u32,
     albedo: DVec3,
@@ -63,12 +63,12 @@ impl Renderer<'_> {
             (crop.y0..crop.y1).flat_map(|y| (crop.x0..crop.x1).map(move |x| Pixel { x: x as i32, y: y as i32 }));
         let pixels: Vec<_> = pixels.collect();
         let of_pixel = |pixel: &Pixel| match self.settings.sampler {
-            SamplerKind::Independent => self.sums_of::<Independent>(*pixel),
-            SamplerKind::Sobol => self.sums_of::<Sobol>(*pixel),
+            SamplerKind::Independent => self.seen_by::<Independent>(*pixel),
+            SamplerKind::Sobol => self.seen_by::<Sobol>(*pixel),
         };
-        let all: Vec<Sums> = pixels.par_iter().map(of_pixel).collect();
-        let mean = |s: &Sums, sum: DVec3| sum / f64::from(s.hits.max(1));
-        let mean_normal = |of: fn(&Sums) -> DVec3| all.iter().map(|s| mean(s, of(s)).as_vec3()).collect();
+        let all: Vec<Seen> = pixels.par_iter().map(of_pixel).collect();
+        let mean = |s: &Seen, sum: DVec3| sum / f64::from(s.hits.max(1));
+        let mean_normal = |of: fn(&Seen) -> DVec3| all.iter().map(|s| mean(s, of(s)).as_vec3()).collect();
         let id = |i: usize| all.iter().map(|s| s.first.map_or(0, |ids| ids[i])).collect();
         Data {
             hits: all.iter().map(|s| s.hits as f32 / s.samples.max(1) as f32).collect(),
@@ -84,17 +84,17 @@ impl Renderer<'_> {
     }
 
     /// The mean places in the file's coordinates, rounded once.
-    fn positions(&self, all: &[Sums]) -> Vec<Vec3> {
-        let one = |s: &Sums| match s.hits {
+    fn positions(&self, all: &[Seen]) -> Vec<Vec3> {
+        let one = |s: &Seen| match s.hits {
             0 => Vec3::ZERO,
             hits => (self.scene.centre + s.position / f64::from(hits)).as_vec3(),
         };
         all.iter().map(one).collect()
     }
 
-    fn sums_of<S: Sampler>(&self, pixel: Pixel) -> Sums {
+    fn seen_by<S: Sampler>(&self, pixel: Pixel) -> Seen {
         let camera = &self.scene.camera;
-        let mut sums = Sums::default();
+        let mut sums = Seen::default();
         for pass in self.passes.clone().take(MOST_SAMPLES as usize) {
             let [mut sampler, ..] = S::streams(self.settings.seed, pixel.key(), pass);
             sampler.start(Block::START);
@@ -112,7 +112,7 @@ impl Renderer<'_> {
     }
 }
 
-impl Sums {
+impl Seen {
     fn add(&mut self, p: &Point, depth: f32) {
         self.hits += 1;
         self.albedo += p.bsdf.color().as_dvec3();

@@ -85,12 +85,12 @@ impl Stream {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Block {
     pub(super) number: u32,
-    pub(super) kind: Kind,
+    pub(super) spread: Spread,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Kind {
-    /// Evenly distributed together with the stream's other blocks of this kind, the better the lower their numbers are.
+pub(super) enum Spread {
+    /// Evenly distributed together with the stream's other blocks of this spread, the better the lower their numbers are.
     Joint,
     /// On its own.
     Padded(u32),
@@ -102,7 +102,7 @@ impl Block {
 
     /// The stream's block of this number. The lower it is, the better is its distribution together with that of others.
     pub const fn joint(number: u32) -> Self {
-        Self { number, kind: Kind::Joint }
+        Self { number, spread: Spread::Joint }
     }
 
     /// How a subpath leaves its vertex `i` ≥ 1, counted from its own end.
@@ -112,32 +112,32 @@ impl Block {
 
     /// What a walk passes on the way to its vertex `i` ≥ 1.
     pub const fn passing(i: u32) -> Self {
-        Self { number: i, kind: Kind::Padded(u32::MAX) }
+        Self { number: i, spread: Spread::Padded(u32::MAX) }
     }
 
     /// The same for the part `n` of a subpath that has split; of the first, it is the block itself.
     #[must_use]
     pub const fn of_branch(self, n: u32) -> Self {
-        match self.kind {
+        match self.spread {
             _ if n == 0 => self,
-            Kind::Joint => Self { kind: Kind::Padded(n), ..self },
-            Kind::Padded(own) => Self { kind: Kind::Padded(own - n), ..self },
+            Spread::Joint => Self { spread: Spread::Padded(n), ..self },
+            Spread::Padded(own) => Self { spread: Spread::Padded(own - n), ..self },
         }
     }
 
     /// What decides on the connection of p_{t−1} with the `s`-th vertex of the `n`-th light subpath.
     pub const fn connection(s: u32, t: u32, n: u32) -> Self {
-        Self { number: n << 18 | s << 9 | t, kind: Kind::Padded(1 << 31) }
+        Self { number: n << 18 | s << 9 | t, spread: Spread::Padded(1 << 31) }
     }
 
     /// Which light vertex of its tile p_{t−1} is connected to, the `n`-th time; and what decides on that.
     pub const fn chosen_end(t: u32, n: u32) -> Self {
-        Self { number: n << 9 | t, kind: Kind::Padded(1 << 30) }
+        Self { number: n << 9 | t, spread: Spread::Padded(1 << 30) }
     }
 
     /// The `n`-th of several samples that are taken for the same purpose.
     pub const fn repeated(number: u32, n: u32) -> Self {
-        if n == 0 { Self::joint(number) } else { Self { number, kind: Kind::Padded(n) } }
+        if n == 0 { Self::joint(number) } else { Self { number, spread: Spread::Padded(n) } }
     }
 }
 

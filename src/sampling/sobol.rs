@@ -8,7 +8,7 @@ use sobol_burley::{
     parts::{hash, owen_scramble_rev, sobol_rev},
 };
 
-use super::{Block, Choice, Sampler, Stream, sampler::Kind};
+use super::{Block, Choice, Sampler, Stream, sampler::Spread};
 
 /// Owen-scrambled Sobol sequences (Burley 2020, *Practical Hash-based Owen Scrambling*): over the samples of a pixel,
 /// the numbers of a block fill its four dimensions evenly, and each is uniformly distributed by itself.
@@ -102,10 +102,10 @@ impl Sobol {
     /// that.
     #[inline(always)]
     fn four(&self) -> [u32; 4] {
-        let Block { number, kind } = self.block;
-        let (set, pad) = match kind {
-            Kind::Joint => (number % NUM_DIMENSION_SETS_4D, (number / NUM_DIMENSION_SETS_4D, 0)),
-            Kind::Padded(pad) => (0, (number, pad)),
+        let Block { number, spread } = self.block;
+        let (set, pad) = match spread {
+            Spread::Joint => (number % NUM_DIMENSION_SETS_4D, (number / NUM_DIMENSION_SETS_4D, 0)),
+            Spread::Padded(pad) => (0, (number, pad)),
         };
         // Odd multipliers keep the pads of one scramble apart; what comes out is hashed before it is used.
         let seed = (self.scramble)

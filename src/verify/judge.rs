@@ -5,7 +5,7 @@ use statrs::distribution::{ContinuousCDF, Normal};
 use super::{
     Class,
     contest::{Found, classes},
-    tally::{Cell, Covering, Setting},
+    tally::{Covering, Group, Setting},
 };
 use crate::statistics::{Comparison, Estimate, REGIONS, Regions, TILES, each_of, p_values};
 
@@ -113,7 +113,7 @@ pub struct Evidence<'a> {
     found: &'a [Found],
     classes: Vec<Class>,
     /// The mean of the image in each cell, by the integrator that knows it best.
-    cells: Vec<(Cell, [f64; 3])>,
+    cells: Vec<(Group, [f64; 3])>,
 }
 
 /// An estimate with the two kinds of its error apart.
@@ -140,7 +140,7 @@ impl<'a> Evidence<'a> {
     }
 
     /// The mean of a cell, by the integrator with the smallest error.
-    fn best(&self, cell: Cell) -> [f64; 3] {
+    fn best(&self, cell: Group) -> [f64; 3] {
         let error = |e: &Estimate| e.error2()[..3].iter().sum::<f64>();
         let all = (0..self.found.len()).filter(|i| cell.covering.holds(Covering::of(&[*i])));
         let estimates = all.map(|i| self.known(i, Scope::Of(cell.class), |set| set == cell.covering, 1.0).estimate());
@@ -189,7 +189,7 @@ impl<'a> Evidence<'a> {
     }
 
     /// The mean of the cells for which `wanted` holds, in each channel.
-    pub(super) fn mean(&self, wanted: impl Fn(&Cell) -> bool) -> [f64; 3] {
+    pub(super) fn mean(&self, wanted: impl Fn(&Group) -> bool) -> [f64; 3] {
         let cells = self.cells.iter().filter(|(cell, _)| wanted(cell));
         cells.fold([0.0; 3], |sum, (_, mean)| [0, 1, 2].map(|c| sum[c] + mean[c]))
     }

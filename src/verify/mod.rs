@@ -256,39 +256,11 @@ fn conclude(
     for row in rows.iter_mut().filter(|row| confirmed.contains(&(row.pair, row.scope))) {
         row.verdict = Verdict::Disagree;
     }
-    let sensor = scene.camera.sensor();
-    let whole = evidence.mean(|_| true).iter().sum::<f64>();
-    let part = |wanted: &dyn Fn(&tally::Cell) -> bool| {
-        if whole > 0.0 { evidence.mean(wanted).iter().sum::<f64>() / whole } else { 0.0 }
-    };
-    let contestant = |i: usize| {
-        let own = Covering::of(&[i]);
-        let missing = |class: Option<Class>| {
-            part(&|cell| class.is_none_or(|class| cell.class == class) && !cell.covering.holds(own))
-        };
-        let by_class = evidence.classes().iter().map(|class| (*class, missing(Some(*class))));
-        let mut uncovered_classes: Vec<_> = by_class.filter(|(_, part)| *part > 0.0).collect();
-        uncovered_classes.sort_by(|a, b| b.1.total_cmp(&a.1));
-        Contestant {
-            kind: found[i].kind,
-            passes: found[i].passes.len(),
-            elapsed: found[i].elapsed,
-            uncovered: missing(None),
-            uncovered_classes,
-            image: films[i].image(Covering(0), sensor, found[i].passes.len()),
-            rejected: found[i].statistics.rejected.values().sum::<u64>() + films[i].faults(),
-        }
-    };
-    let share = |class: &Class| ClassShare {
-        class: *class,
-        share: part(&|cell| cell.class == *class),
-        alone: part(&|cell| cell.class == *class && cell.covering.0.is_power_of_two()),
-    };
-    let integrators: Vec<_> = (0..found.len()).map(contestant).collect();
+    let conclusion = Conclusion { whole: evidence.mean(|_| true).iter().sum::<f64>(), evidence, scene, found, films };
     let open = rows.iter().filter(|row| row.verdict.is_open());
     // What fresh seeds left in doubt wants to be seen twice as sharply.
     let needed = open.map(|row| if row.differs { 4.0 } else { row.longer }).reduce(f64::max);
-    let nothing_to_compare = rows.is_empty() && whole > 0.0;
+    let nothing_to_compare = rows.is_empty() && conclusion.whole > 0.0;
     let outcome = if rows.iter().any(|row| row.verdict == Verdict::Disagree) {
         Outcome::Disagree
     } else if needed.is_some() || nothing_to_compare {
@@ -297,24 +269,74 @@ fn conclude(
         Outcome::Agree
     };
     let most_different = rows.iter().min_by(|a, b| a.p.total_cmp(&b.p)).cloned();
-    let worst = most_different.map(|row| {
-        let both = Covering::of(&[row.pair.0, row.pair.1]);
-        let image = |i: usize| films[i].image(both, sensor, found[i].passes.len());
-        let (mut difference, second) = (image(row.pair.0), image(row.pair.1));
-        difference.pixels.iter_mut().zip(second.pixels).for_each(|(a, b)| *a -= b);
-        let tiles = evidence.tiles(&row);
-        debug_assert_eq!(tiles.len(), TILES * TILES);
-        Picture { row, difference, tiles }
-    });
     Report {
         outcome,
-        classes: evidence.classes().iter().map(share).collect(),
-        lights: part(&|cell| !cell.class.is_scattered()),
-        mean: whole / 3.0,
-        integrators,
+        classes: conclusion.evidence.classes().iter().map(|class| conclusion.share(*class)).collect(),
+        lights: conclusion.part(|cell| !cell.class.is_scattered()),
+        mean: conclusion.whole / 3.0,
+        integrators: (0..found.len()).map(|i| conclusion.contestant(i)).collect(),
         rows,
         retested,
         longer: needed,
-        worst,
+        worst: most_different.map(|row| conclusion.picture(row)),
+    }
+}
+
+/// All that was found, and what a report says of it.
+struct Conclusion<'a> {
+    evidence: Evidence<'a>,
+    /// The sum of the channels of the mean of the image.
+    whole: f64,
+    scene: &'a Scene,
+    found: &'a [Found],
+    films: &'a [Films],
+}
+
+impl Conclusion<'_> {
+    /// The part of the image in these cells.
+    fn part(&self, wanted: impl Fn(&tally::Cell) -> bool) -> f64 {
+        if self.whole > 0.0 { self.evidence.mean(wanted).iter().sum::<f64>() / self.whole } else { 0.0 }
+    }
+
+    /// The mean image of integrator `i`, of the paths that all of `who` cover.
+    fn image(&self, i: usize, who: Covering) -> Image {
+        self.films[i].image(who, self.scene.camera.sensor(), self.found[i].passes.len())
+    }
+
+    fn contestant(&self, i: usize) -> Contestant {
+        let own = Covering::of(&[i]);
+        let missing = |class: Option<Class>| {
+            self.part(|cell| class.is_none_or(|class| cell.class == class) && !cell.covering.holds(own))
+        };
+        let by_class = self.evidence.classes().iter().map(|class| (*class, missing(Some(*class))));
+        let mut uncovered_classes: Vec<_> = by_class.filter(|(_, part)| *part > 0.0).collect();
+        uncovered_classes.sort_by(|a, b| b.1.total_cmp(&a.1));
+        let found = &self.found[i];
+        Contestant {
+            kind: found.kind,
+            passes: found.passes.len(),
+            elapsed: found.elapsed,
+            uncovered: missing(None),
+            uncovered_classes,
+            image: self.image(i, Covering(0)),
+            rejected: found.statistics.rejected.values().sum::<u64>() + self.films[i].faults(),
+        }
+    }
+
+    fn share(&self, class: Class) -> ClassShare {
+        ClassShare {
+            class,
+            share: self.part(|cell| cell.class == class),
+            alone: self.part(|cell| cell.class == class && cell.covering.0.is_power_of_two()),
+        }
+    }
+
+    fn picture(&self, row: Row) -> Picture {
+        let both = Covering::of(&[row.pair.0, row.pair.1]);
+        let (mut difference, second) = (self.image(row.pair.0, both), self.image(row.pair.1, both));
+        difference.pixels.iter_mut().zip(second.pixels).for_each(|(a, b)| *a -= b);
+        let tiles = self.evidence.tiles(&row);
+        debug_assert_eq!(tiles.len(), TILES * TILES);
+        Picture { row, difference, tiles }
     }
 }

@@ -35,7 +35,7 @@ impl Covering {
 
 /// The paths of a class that the same integrators cover.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub struct Cell {
+pub struct Group {
     /// The class.
     pub class: Class,
     /// Who covers them.
@@ -43,7 +43,7 @@ pub struct Cell {
 }
 
 /// The sums of one pass: cells in order, with the means of their image.
-pub type Pass = Vec<(Cell, Regions)>;
+pub type Pass = Vec<(Group, Regions)>;
 
 /// What is the same for all passes: the image, the integrators and the unit of deposits' sizes.
 pub struct Setting {
@@ -145,7 +145,7 @@ impl<'a> Tally<'a> {
 }
 
 /// The sums of `cell`; there are few cells, and the one that is looked for often is the last one's.
-fn regions_of(pass: &mut Pass, cell: Cell) -> &mut Regions {
+fn regions_of(pass: &mut Pass, cell: Group) -> &mut Regions {
     let place = pass.iter().position(|(known, _)| *known == cell).unwrap_or_else(|| {
         pass.push((cell, vec![0.0; REGIONS]));
         pass.len() - 1
@@ -171,7 +171,7 @@ impl Collector for Tally<'_> {
 
         let tile = tile_of(x as usize, y as usize, sensor.width as usize, sensor.height as usize);
         let mass = f64::from(luminance(value));
-        let sums = regions_of(&mut self.cells, Cell { class, covering });
+        let sums = regions_of(&mut self.cells, Group { class, covering });
         sums[tile] += mass;
         sums[..3].iter_mut().zip(value.to_array()).for_each(|(s, v)| *s += f64::from(v));
 

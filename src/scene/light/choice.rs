@@ -39,9 +39,9 @@ impl fmt::Display for LightChoice {
     }
 }
 
-/// What kind of light it is, as far as the choice is concerned.
+/// What family of lights it is in, as far as the choice is concerned.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Kind {
+pub(super) enum Family {
     /// Emitting surfaces.
     Surface,
     /// Points and spots.
@@ -57,29 +57,29 @@ const BY_POWER: f64 = 0.5;
 /// The part in which all lights that emit are alike.
 const UNIFORM: f64 = 1.0 / 64.0;
 
-/// The distribution over lights with these kinds and powers, for emission and for next-event estimation:
+/// The distribution over lights with these families and powers, for emission and for next-event estimation:
 ///
 /// P_i = ½ Φ_i/Φ + (½ − 1/64) Φ_i/(K Φ_kind) + 1/(64 N), and zero where Φ_i is.
 ///
-/// Power is the right measure among lights of one kind: a thousand emissive triangles count as the lamp that they make
-/// up. Between kinds it may mislead, since that of a sun or an environment grows with the scene's extent, whatever of
-/// it arrives where the camera looks. So half of the choice gives each of the K kinds present the same part: no kind
+/// Power is the right measure among lights of one family: a thousand emissive triangles count as the lamp that they make
+/// up. Between families it may mislead, since that of a sun or an environment grows with the scene's extent, whatever of
+/// it arrives where the camera looks. So half of the choice gives each of the K families present the same part: no kind
 /// gets less than nearly 1/(2K), and none needs more than twice the samples that its power alone would have given it.
 /// The uniform part bounds what a light's estimate is divided by: no probability is below 1/(64 N), 2²⁶ of a choice's
 /// integers for as many lights as have ids.
-pub(super) fn by_kind_and_power(lights: &[(Kind, f64)]) -> Discrete {
+pub(super) fn by_kind_and_power(lights: &[(Family, f64)]) -> Discrete {
     let power_of =
-        |wanted: Kind| lights.iter().filter(|(kind, _)| *kind == wanted).map(|(_, power)| power).sum::<f64>();
-    let of_kinds = [Kind::Surface, Kind::Lamp, Kind::Sun, Kind::Environment].map(power_of);
-    let total: f64 = of_kinds.iter().sum();
-    let kinds = of_kinds.iter().filter(|power| **power > 0.0).count() as f64;
+        |wanted: Family| lights.iter().filter(|(family, _)| *family == wanted).map(|(_, power)| power).sum::<f64>();
+    let of_families = [Family::Surface, Family::Lamp, Family::Sun, Family::Environment].map(power_of);
+    let total: f64 = of_families.iter().sum();
+    let families = of_families.iter().filter(|power| **power > 0.0).count() as f64;
     let emitting = lights.iter().filter(|(_, power)| *power > 0.0).count() as f64;
-    let weight = |&(kind, power): &(Kind, f64)| {
+    let weight = |&(family, power): &(Family, f64)| {
         if power <= 0.0 {
             return 0.0;
         }
-        let by_kind = power / (kinds * of_kinds[kind as usize]);
-        BY_POWER * power / total + (1.0 - BY_POWER - UNIFORM) * by_kind + UNIFORM / emitting
+        let by_family = power / (families * of_families[family as usize]);
+        BY_POWER * power / total + (1.0 - BY_POWER - UNIFORM) * by_family + UNIFORM / emitting
     };
     Discrete::new(&lights.iter().map(weight).collect::<Vec<_>>())
 }
@@ -91,8 +91,9 @@ mod tests {
     #[test]
     fn no_kind_starves_and_no_crowd_crowds_out() {
         // A sun and a sky over a kilometre of land, one lamp, and a window cut into ten thousand triangles.
-        let mut lights = vec![(Kind::Sun, 1e9), (Kind::Environment, 1e8), (Kind::Lamp, 10.0), (Kind::Lamp, 0.0)];
-        lights.extend([(Kind::Surface, 1e-3); 10_000]);
+        let mut lights =
+            vec![(Family::Sun, 1e9), (Family::Environment, 1e8), (Family::Lamp, 10.0), (Family::Lamp, 0.0)];
+        lights.extend([(Family::Surface, 1e-3); 10_000]);
         let choice = by_kind_and_power(&lights);
         let p = |i| choice.probability(i);
         assert!(p(0) > 0.55 && p(1) > 0.15 && p(2) > 0.12, "{} {} {}", p(0), p(1), p(2));
@@ -105,15 +106,15 @@ mod tests {
 
     #[test]
     fn one_kind_goes_by_power() {
-        let choice = by_kind_and_power(&[(Kind::Surface, 1.0), (Kind::Surface, 3.0)]);
+        let choice = by_kind_and_power(&[(Family::Surface, 1.0), (Family::Surface, 3.0)]);
         let expected = 63.0 / 64.0 * 0.25 + 1.0 / 128.0;
         assert!((choice.probability(0) - expected).abs() < 1e-6, "{}", choice.probability(0));
-        assert!(by_kind_and_power(&[(Kind::Lamp, 0.0)]).is_empty() && by_kind_and_power(&[]).is_empty());
+        assert!(by_kind_and_power(&[(Family::Lamp, 0.0)]).is_empty() && by_kind_and_power(&[]).is_empty());
     }
 
     #[test]
     fn a_light_of_next_to_no_power_keeps_a_probability() {
-        let choice = by_kind_and_power(&[(Kind::Lamp, 1e30), (Kind::Lamp, 1e-30)]);
+        let choice = by_kind_and_power(&[(Family::Lamp, 1e30), (Family::Lamp, 1e-30)]);
         assert!(choice.probability(1) > 0.007);
     }
 }

@@ -58,7 +58,7 @@ pub struct NotARadiance {
 }
 
 /// Where a direction falls: between two rows and two columns of centres.
-struct Cell {
+struct Between {
     rows: [usize; 2],
     columns: [usize; 2],
     /// How far from the first column to the second.
@@ -127,7 +127,7 @@ impl EnvironmentMap {
     /// L from the unit direction `w` towards the map.
     #[inline]
     pub fn radiance(&self, w: Vec3) -> Rgb {
-        let Cell { rows: [near, far], columns: [i, j], right, down } = self.cell(self.to_map(w));
+        let Between { rows: [near, far], columns: [i, j], right, down } = self.between(self.to_map(w));
         let texel = |row: usize, column: usize| self.texels[row * self.width + column];
         let first = texel(near, i) * (1.0 - right) + texel(near, j) * right;
         let second = texel(far, i) * (1.0 - right) + texel(far, j) * right;
@@ -188,7 +188,7 @@ impl EnvironmentMap {
     }
 
     #[inline]
-    fn cell(&self, w: Vec3) -> Cell {
+    fn between(&self, w: Vec3) -> Between {
         let sin2 = w.x * w.x + w.z * w.z;
         let theta = sin2.sqrt().atan2(w.y.abs()).min(FRAC_PI_2);
         let place = theta * FRAC_1_PI * self.height as f32 - 0.5;
@@ -206,7 +206,7 @@ impl EnvironmentMap {
         let left = place.floor();
         let i = if left < 0.0 { self.width - 1 } else { (left as usize).min(self.width - 1) };
         let j = if i + 1 == self.width { 0 } else { i + 1 };
-        Cell { rows, columns: [i, j], right: place - left, down }
+        Between { rows, columns: [i, j], right: place - left, down }
     }
 
     #[inline]
@@ -295,7 +295,7 @@ mod tests {
                         |k: u64| map.sample([Choice::new(begin + count / 4 * k), Choice::new(first + width / 4 * k)]);
                     let [a, b, c] = [1, 2, 3].map(at);
                     for p in [a, b, c] {
-                        let cell = map.cell(map.to_map(p));
+                        let cell = map.between(map.to_map(p));
                         let mut rows = cell.rows;
                         rows.sort_unstable();
                         assert_eq!((rows, cell.columns), ([upper, lower], [column, next]), "{sun:e}: {p}");

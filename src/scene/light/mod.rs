@@ -22,7 +22,7 @@ use std::{collections::HashMap, f32::consts::FRAC_1_PI};
 use glam::{Vec2, Vec3};
 
 use self::{
-    choice::Kind,
+    choice::Family,
     emission::Detail,
     next_event::NextEvent,
     source::{at_infinity, emitter, without_extent},
@@ -92,7 +92,7 @@ impl Lights {
             .filter_map(|primitive| emitter(geometry, materials, primitive, detail, &mut maps));
         let lights: Vec<_> = emitters.chain(others.iter().cloned()).collect();
         let mut environments =
-            (0..).map(LightId::new).zip(&lights).filter(|(_, l)| l.kind() == Kind::Environment).map(|(i, _)| i);
+            (0..).map(LightId::new).zip(&lights).filter(|(_, l)| l.family() == Family::Environment).map(|(i, _)| i);
         let environment = environments.next();
         assert!(environments.next().is_none(), "a scene has at most one environment");
         let (center, radius) = match geometry.bounds() {
@@ -101,7 +101,7 @@ impl Lights {
         };
         let choice = Discrete::default();
         let mut result = Self { lights, choice, next_event: NextEvent::Power, environment, center, radius };
-        let powers: Vec<_> = result.lights.iter().map(|l| (l.kind(), result.power(l))).collect();
+        let powers: Vec<_> = result.lights.iter().map(|l| (l.family(), result.power(l))).collect();
         result.choice = choice::by_kind_and_power(&powers);
         result
     }

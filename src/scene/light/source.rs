@@ -5,7 +5,7 @@ use std::{collections::HashMap, num::NonZeroU32, sync::Arc};
 use glam::Vec3;
 
 use super::{
-    choice::Kind,
+    choice::Family,
     emission::{Detail, EmissionMap},
     environment::EnvironmentMap,
     spot::Spot,
@@ -86,12 +86,12 @@ impl Light {
     /// Whether a ray can meet it: a surface or an environment, not a point, a spot or a sun.
     #[inline(always)]
     pub fn has_extent(&self) -> bool {
-        matches!(self.kind(), Kind::Surface | Kind::Environment)
+        matches!(self.family(), Family::Surface | Family::Environment)
     }
 
     /// Whether it is not infinitely far away.
     pub(super) fn has_a_place(&self) -> bool {
-        matches!(self.kind(), Kind::Surface | Kind::Lamp)
+        matches!(self.family(), Family::Surface | Family::Lamp)
     }
 
     /// The luminance of its (mean) radiance or its intensity; zero for infinite lights.
@@ -105,12 +105,12 @@ impl Light {
     }
 
     #[inline(always)]
-    pub(super) fn kind(&self) -> Kind {
+    pub(super) fn family(&self) -> Family {
         match self {
-            Self::Area { .. } => Kind::Surface,
-            Self::Point { .. } | Self::Spot(_) => Kind::Lamp,
-            Self::Directional { .. } => Kind::Sun,
-            Self::Environment { .. } | Self::EnvironmentMap(_) => Kind::Environment,
+            Self::Area { .. } => Family::Surface,
+            Self::Point { .. } | Self::Spot(_) => Family::Lamp,
+            Self::Directional { .. } => Family::Sun,
+            Self::Environment { .. } | Self::EnvironmentMap(_) => Family::Environment,
         }
     }
 }
