@@ -294,7 +294,7 @@ struct Conclusion<'a> {
 
 impl Conclusion<'_> {
     /// The part of the image in these cells.
-    fn part(&self, wanted: impl Fn(&tally::Cell) -> bool) -> f64 {
+    fn part(&self, wanted: impl Fn(&tally::Group) -> bool) -> f64 {
         if self.whole > 0.0 { self.evidence.mean(wanted).iter().sum::<f64>() / self.whole } else { 0.0 }
     }
 
