@@ -30,7 +30,7 @@ use self::{
 };
 
 use crate::{
-    film::{Coverage, Crop, Film, FixedPoint, Half, Sums},
+    film::{AlphaSums, Crop, Film, FixedPoint, Half, Sums},
     instructions::Instructions,
     integrator::{Connects, Integrator, LightStage, Samplers, Scratch, Sink, Splats},
     layers::Layers,
@@ -50,7 +50,7 @@ pub struct Renderer<'a> {
     integrator: Integrator,
     film: Film,
     /// Of a transparent background.
-    coverage: Option<Coverage>,
+    alpha_sums: Option<AlphaSums>,
     layers: Option<LayerFilms<'a>>,
     /// The paths that are in the image; all, where it is `None`.
     keep: Option<&'a Predicate<'a>>,
@@ -101,16 +101,16 @@ impl<'a> Renderer<'a> {
     pub fn with_integrator(scene: &'a Scene, settings: &'a Settings, integrator: Integrator) -> Self {
         let scale = FixedPoint::for_radiance(scene.lights().typical_radiance());
         let film = Film::new(scene.camera.sensor(), settings.crop, settings.filter, scale);
-        let coverage = match settings.background {
+        let alpha_sums = match settings.background {
             Background::Shown => None,
-            Background::Transparent => Some(Coverage::new(settings.crop, settings.filter)),
+            Background::Transparent => Some(AlphaSums::new(settings.crop, settings.filter)),
         };
         Self {
             scene,
             settings,
             integrator,
             film,
-            coverage,
+            alpha_sums,
             layers: None,
             keep: None,
             passes: 0..0,
@@ -145,7 +145,7 @@ impl<'a> Renderer<'a> {
     /// All sums so far.
     pub fn sums(&self) -> Sums<'_> {
         let layers = self.layers.iter().flat_map(|layers| layers.layers.names().zip(&layers.films)).collect();
-        Sums { film: &self.film, coverage: self.coverage.as_ref(), layers }
+        Sums { film: &self.film, alpha_sums: self.alpha_sums.as_ref(), layers }
     }
 
     /// Makes `first` the next pass: what comes is a part of a longer render, whose other parts have the passes before
@@ -277,11 +277,11 @@ impl<'a> Renderer<'a> {
         if stages == Stages::Light || !serves_crop {
             return 0;
         }
-        if self.integrator.walks_from_camera() || self.coverage.is_some() {
+        if self.integrator.walks_from_camera() || self.alpha_sums.is_some() {
             samplers.camera.start(Block::START);
             let raster = Raster(pixel.corner() + samplers.camera.next_2d());
-            if let Some(coverage) = &self.coverage {
-                coverage.deposit(raster, self.covered(raster, samplers.camera.clone()));
+            if let Some(alpha_sums) = &self.alpha_sums {
+                alpha_sums.deposit(raster, self.covered(raster, samplers.camera.clone()));
                 sink.shadow_ray();
             }
             self.integrator.estimate_from_camera(self.scene, raster, scratch, samplers, sink);
@@ -337,13 +337,13 @@ impl<'a> Renderer<'a> {
     }
 
     /// The sums behind alpha, if the background is transparent.
-    pub fn coverage(&self) -> Option<&Coverage> {
-        self.coverage.as_ref()
+    pub fn alpha_sums(&self) -> Option<&AlphaSums> {
+        self.alpha_sums.as_ref()
     }
 
     /// Alpha, pixel by pixel in the crop, if the background is transparent.
     pub fn alpha(&self) -> Option<Vec<f32>> {
-        self.coverage.as_ref().map(Coverage::alpha)
+        self.alpha_sums.as_ref().map(AlphaSums::alpha)
     }
 
     /// What was done so far.

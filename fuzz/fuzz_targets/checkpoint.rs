@@ -5,7 +5,7 @@ use std::io::Cursor;
 
 use libfuzzer_sys::fuzz_target;
 use pathspace::{
-    film::{CheckpointFile, Coverage, Film, FixedPoint, Sums},
+    film::{AlphaSums, CheckpointFile, Film, FixedPoint, Sums},
     sampling::Filter,
 };
 
@@ -18,9 +18,9 @@ fuzz_target!(|bytes: &[u8]| {
         }
         let film = || Film::new(sensor, crop, Filter::Box, FixedPoint::with_exponent(-40));
         let (image, layers) = (film(), contents.layers.iter().map(|_| film()).collect::<Vec<_>>());
-        let coverage = contents.transparent.then(|| Coverage::new(crop, Filter::Box));
+        let alpha_sums = contents.transparent.then(|| AlphaSums::new(crop, Filter::Box));
         let layers = contents.layers.iter().map(String::as_str).zip(&layers).collect();
-        file.add_to(&Sums { film: &image, coverage: coverage.as_ref(), layers })
+        file.add_to(&Sums { film: &image, alpha_sums: alpha_sums.as_ref(), layers })
     });
     if let Err(error) = added {
         assert!(!error.to_string().contains(char::is_control), "{error}");

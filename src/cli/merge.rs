@@ -6,7 +6,7 @@ use std::{
 };
 
 use pathspace::{
-    film::{CheckpointHeader, Contents, Coverage, Exposure, Film, Sums, encode_checkpoint},
+    film::{AlphaSums, CheckpointHeader, Contents, Exposure, Film, Sums, encode_checkpoint},
     render::Statistics,
     scene::camera::Sensor,
 };
@@ -77,9 +77,9 @@ pub fn run(args: &MergeArgs) -> Result<Exit, Failure> {
     let sensor = Sensor { padding: filter.padding(), ..*sensor };
     let film = || Film::new(sensor, *crop, filter, set.first.scale);
     let (image, layers) = (film(), contents.layers.iter().map(|name| (name.as_str(), film())).collect::<Vec<_>>());
-    let coverage = contents.transparent.then(|| Coverage::new(*crop, filter));
+    let alpha_sums = contents.transparent.then(|| AlphaSums::new(*crop, filter));
     let layers = layers.iter().map(|(name, film)| (*name, film)).collect();
-    let sums = Sums { film: &image, coverage: coverage.as_ref(), layers };
+    let sums = Sums { film: &image, alpha_sums: alpha_sums.as_ref(), layers };
     for path in &args.shards {
         let file = open(path)?;
         // It was checked, and may have been replaced since.
@@ -108,7 +108,7 @@ pub fn run(args: &MergeArgs) -> Result<Exit, Failure> {
             let header = header(sensor, settings, &sums, passes);
             let picture = Picture {
                 image: image.image(passes.count()),
-                alpha: coverage.as_ref().map(Coverage::alpha),
+                alpha: alpha_sums.as_ref().map(AlphaSums::alpha),
                 layers: layers::images(&sums, passes.count()),
                 data: Vec::new(),
             };

@@ -78,7 +78,7 @@ pub enum CheckpointError {
 /// If the format cannot hold them.
 ///
 /// # Panics
-/// If a layer or the coverage has other pixels than the film.
+/// If a layer or the alpha channel has other pixels than the film.
 pub fn encode_checkpoint(sums: &Sums<'_>, header: &CheckpointHeader) -> io::Result<Vec<u8>> {
     let pixels = sums.film.pixels();
     if u32::try_from(pixels).is_err() {
@@ -100,8 +100,8 @@ pub fn encode_checkpoint(sums: &Sums<'_>, header: &CheckpointHeader) -> io::Resu
                 };
                 split((0..pixels).map(&mut narrow), [64, 32, 0])
             }
-            Sum::Coverage(channel) => {
-                let value = |pixel| sums.coverage.map_or(0, |coverage| coverage.sum(pixel, channel));
+            Sum::Alpha(channel) => {
+                let value = |pixel| sums.alpha_sums.map_or(0, |alpha_sums| alpha_sums.sum(pixel, channel));
                 split((0..pixels).map(|pixel| value(pixel).into()), [32, 0])
             }
         };
@@ -277,10 +277,10 @@ impl<R: Read + Seek> CheckpointFile<R> {
                         }
                     }
                 }
-                (Sum::Coverage(channel), [high, low]) => {
+                (Sum::Alpha(channel), [high, low]) => {
                     for (pixel, (high, low)) in high.iter().zip(*low).enumerate() {
                         let value = u64::from(*high) << 32 | u64::from(*low);
-                        sums.coverage.iter().for_each(|coverage| coverage.add_sum(pixel, *channel, value));
+                        sums.alpha_sums.iter().for_each(|alpha_sums| alpha_sums.add_sum(pixel, *channel, value));
                     }
                 }
                 _ => return Err(CheckpointError::Damaged("a sum has other words".to_owned())),

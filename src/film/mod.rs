@@ -5,8 +5,8 @@
 //! bit for any number of threads, any split of the samples and any order of them. Nothing is lost silently: what cannot
 //! be added is counted ([`DepositErrors`]).
 
+mod alpha;
 mod checkpoint;
-mod coverage;
 mod crop;
 mod exr;
 mod fixed;
@@ -23,8 +23,8 @@ use std::sync::atomic::{AtomicU64, Ordering::Relaxed};
 
 use self::plane::{Overflow, Plane};
 pub use self::{
+    alpha::AlphaSums,
     checkpoint::{CheckpointError, CheckpointFile, CheckpointHeader, Contents, Sums, encode_checkpoint},
-    coverage::Coverage,
     crop::Crop,
     exr::{Header, Samples, encode_exr},
     fixed::FixedPoint,

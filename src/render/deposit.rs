@@ -59,7 +59,7 @@ impl<C: Collector> Sink for TaskSink<'_, C> {
     #[inline(always)]
     fn deposit(&mut self, path: &JoinedPath, value: Rgb) {
         let settings = self.renderer.settings;
-        if path.edges() < settings.min_depth || (self.renderer.coverage.is_some() && path.shows_background()) {
+        if path.edges() < settings.min_depth || (self.renderer.alpha_sums.is_some() && path.shows_background()) {
             return;
         }
         let value = match settings.clamp {

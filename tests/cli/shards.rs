@@ -202,7 +202,7 @@ fn what_is_missing_is_said_to_the_end() {
         let file = CheckpointFile::open(&run.path(name)).unwrap();
         let mut header = file.header().clone();
         let film = Film::new(header.sensor, header.crop, pathspace::sampling::Filter::Box, header.scale);
-        let sums = Sums { film: &film, coverage: None, layers: Vec::new() };
+        let sums = Sums { film: &film, alpha_sums: None, layers: Vec::new() };
         file.add_to(&sums).unwrap();
         header.errors = DepositErrors { non_finite: 3, overflow: 0 };
         fs::write(run.path(name), encode_checkpoint(&sums, &header).unwrap()).unwrap();

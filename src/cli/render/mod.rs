@@ -13,7 +13,7 @@ mod viewer;
 use std::{collections::BTreeMap, ops::Range, path::PathBuf};
 
 use pathspace::{
-    film::{Contents, Coverage, Crop, Film},
+    film::{AlphaSums, Contents, Crop, Film},
     integrator::Weighting,
     layers::{Expression, PathClasses},
     path::{Heuristic, JoinedPath, Strategy},
@@ -304,7 +304,7 @@ fn check_memory(args: &RenderArgs, settings: &Settings) -> Result<(), Failure> {
     let pixels = settings.crop.pixels();
     let alpha = match settings.background {
         Background::Shown => 0,
-        Background::Transparent => Coverage::memory(pixels) + ALPHA_BYTES_PER_PIXEL * pixels,
+        Background::Transparent => AlphaSums::memory(pixels) + ALPHA_BYTES_PER_PIXEL * pixels,
     };
     // A checkpoint is there twice while it is written: as integers, and as the file.
     let transparent = settings.background == Background::Transparent;

@@ -7,7 +7,7 @@ use std::{
 };
 
 use pathspace::{
-    film::{Coverage, Film, check_writable, write_atomically},
+    film::{AlphaSums, Film, check_writable, write_atomically},
     render::Renderer,
 };
 use serde_json::{Map, Value, json};
@@ -81,7 +81,7 @@ impl Stats<'_> {
         seconds.insert("all".to_owned(), phases.all.into());
         let films = || [sums.film].into_iter().chain(renderer.layer_films());
         let (film, wide) = (films().map(Film::memory_now).sum::<u64>(), films().map(Film::wide_memory).sum::<u64>());
-        let coverage = renderer.coverage().map_or(0, |_| Coverage::memory(crop.pixels()));
+        let alpha_sums = renderer.alpha_sums().map_or(0, |_| AlphaSums::memory(crop.pixels()));
         json!({
             "layout": LAYOUT,
             "version": env!("CARGO_PKG_VERSION"),
@@ -117,7 +117,7 @@ impl Stats<'_> {
                 "checkpoints": keeper.written(),
             },
             "seconds": seconds,
-            "memory": { "film": film + coverage, "wide_sums": wide, "peak": peak_memory() },
+            "memory": { "film": film + alpha_sums, "wide_sums": wide, "peak": peak_memory() },
             "rejected": rejected,
             "film_errors": {
                 "non_finite": errors.non_finite,

@@ -10,7 +10,7 @@ use serde_json::{Value, json};
 
 use crate::cli::shared::terminal::{self, Terminal};
 
-/// What the film has room for ([`pathspace::film::Coverage`]), and more than anybody has patience for.
+/// What the film has room for ([`pathspace::film::AlphaSums`]), and more than anybody has patience for.
 pub const MOST_PASSES: u32 = 1 << 24;
 
 /// When a render is finished.

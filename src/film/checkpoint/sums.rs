@@ -1,6 +1,6 @@
 //! Which sums a render has, and what they are called in a file.
 
-use crate::film::{Coverage, DepositErrors, ExactSum, Film, FixedPoint, Half};
+use crate::film::{AlphaSums, DepositErrors, ExactSum, Film, FixedPoint, Half};
 
 /// All exact sums of a render.
 #[derive(Clone)]
@@ -8,7 +8,7 @@ pub struct Sums<'a> {
     /// Those of the image.
     pub film: &'a Film,
     /// Those of its alpha channel, where the background is transparent.
-    pub coverage: Option<&'a Coverage>,
+    pub alpha_sums: Option<&'a AlphaSums>,
     /// Those of images beside it, by their names.
     pub layers: Vec<(&'a str, &'a Film)>,
 }
@@ -18,7 +18,7 @@ impl Sums<'_> {
     pub fn contents(&self) -> Contents {
         let mut layers: Vec<_> = self.layers.iter().map(|(name, _)| (*name).to_owned()).collect();
         layers.sort();
-        Contents { transparent: self.coverage.is_some(), layers }
+        Contents { transparent: self.alpha_sums.is_some(), layers }
     }
 
     /// What could not be added to any of them.
@@ -28,7 +28,7 @@ impl Sums<'_> {
 
     /// All of them, in the order of their names.
     pub(super) fn all(&self) -> Vec<(String, Sum)> {
-        all(self.coverage.is_some(), self.layers.iter().map(|(name, _)| *name))
+        all(self.alpha_sums.is_some(), self.layers.iter().map(|(name, _)| *name))
     }
 
     fn film(&self, number: usize) -> &Film {
@@ -97,7 +97,7 @@ const LAYER: &str = "layer.";
 pub(super) fn words(name: &str, sum: Sum) -> impl Iterator<Item = String> {
     let parts = match sum {
         Sum::Light(_) => &["high", "low", "fine"][..],
-        Sum::Coverage(_) => &["high", "low"],
+        Sum::Alpha(_) => &["high", "low"],
     };
     parts.iter().map(move |part| format!("{name}.{part}"))
 }
@@ -106,7 +106,7 @@ pub(super) fn words(name: &str, sum: Sum) -> impl Iterator<Item = String> {
 #[derive(Clone, Copy)]
 pub(super) enum Sum {
     Light(Light),
-    Coverage(usize),
+    Alpha(usize),
 }
 
 /// One of the image (0) or a layer (its place and one), of a half of it, and of a channel.
@@ -124,7 +124,7 @@ fn all<'a>(transparent: bool, layers: impl Iterator<Item = &'a str>) -> Vec<(Str
         }
     }
     if transparent {
-        all.extend(["all", "hit"].into_iter().enumerate().map(|(c, of)| (format!("coverage.{of}"), Sum::Coverage(c))));
+        all.extend(["all", "hit"].into_iter().enumerate().map(|(c, of)| (format!("coverage.{of}"), Sum::Alpha(c))));
     }
     all.sort_by(|(a, _), (b, _)| a.cmp(b));
     all

@@ -4,7 +4,7 @@ use glam::Vec2;
 
 use super::*;
 use crate::{
-    film::{Coverage, DepositErrors, ExactSum, FixedPoint, Half, Image},
+    film::{AlphaSums, DepositErrors, ExactSum, FixedPoint, Half, Image},
     math::Rgb,
     sampling::{Filter, Independent, Sampler, Stream},
     scene::camera::{Raster, Sensor},
@@ -16,7 +16,7 @@ const SENSOR: Sensor = Sensor { width: 9, height: 7, padding: 0 };
 /// What is in memory of a render.
 struct Rendered {
     film: Film,
-    coverage: Coverage,
+    alpha_sums: AlphaSums,
     /// Two layers, in an order that is not that of their names.
     layers: [(&'static str, Film); 2],
 }
@@ -24,7 +24,7 @@ struct Rendered {
 impl Rendered {
     fn sums(&self) -> Sums<'_> {
         let layers = self.layers.iter().map(|(name, film)| (*name, film)).collect();
-        Sums { film: &self.film, coverage: Some(&self.coverage), layers }
+        Sums { film: &self.film, alpha_sums: Some(&self.alpha_sums), layers }
     }
 
     fn image(&self) -> Image {
@@ -43,8 +43,8 @@ const SCALE: i32 = -40;
 fn rendered_by(exponent: i32, passes: Range<u32>) -> Rendered {
     let film = || Film::new(SENSOR, CROP, Filter::Box, FixedPoint::with_exponent(exponent));
     let layers = [("red", film()), ("Bounces.1", film())];
-    let Rendered { film, coverage, layers } =
-        Rendered { film: film(), coverage: Coverage::new(CROP, Filter::Box), layers };
+    let Rendered { film, alpha_sums, layers } =
+        Rendered { film: film(), alpha_sums: AlphaSums::new(CROP, Filter::Box), layers };
     for pass in passes {
         for i in 0..200 {
             let mut sampler = Independent::new(3, i, pass, Stream::Camera);
@@ -60,10 +60,10 @@ fn rendered_by(exponent: i32, passes: Range<u32>) -> Rendered {
             let value = sampler.next_3d() * factor;
             film.deposit(place, value.into(), Half::of_pass(pass));
             layers[i as usize % 2].1.deposit(place, value.into(), Half::of_pass(pass));
-            coverage.deposit(place, 0.25);
+            alpha_sums.deposit(place, 0.25);
         }
     }
-    Rendered { film, coverage, layers }
+    Rendered { film, alpha_sums, layers }
 }
 
 fn header(passes: Range<u32>) -> CheckpointHeader {
@@ -94,15 +94,16 @@ fn add(bytes: &[u8]) -> Result<Rendered, CheckpointError> {
     Ok(empty)
 }
 
-/// All of a render's sums of light, and of its coverage.
+/// All of a render's sums of light, and of its alpha channel.
 fn all(rendered: &Rendered) -> (Vec<ExactSum>, Vec<u64>) {
     let of = |film: &Film| {
         let channels = (0..film.pixels()).flat_map(|pixel| [0, 1, 2].map(|channel| (pixel, channel)));
         channels.flat_map(|(p, c)| [Half::Even, Half::Odd].map(|half| film.sum(half, p, c))).collect::<Vec<_>>()
     };
     let films = [&rendered.film].into_iter().chain(rendered.layers.iter().map(|(_, film)| film));
-    let coverage = (0..rendered.film.pixels()).flat_map(|i| [0, 1].map(|channel| rendered.coverage.sum(i, channel)));
-    (films.flat_map(of).collect(), coverage.collect())
+    let alpha_sums =
+        (0..rendered.film.pixels()).flat_map(|i| [0, 1].map(|channel| rendered.alpha_sums.sum(i, channel)));
+    (films.flat_map(of).collect(), alpha_sums.collect())
 }
 
 #[test]
@@ -158,7 +159,7 @@ fn a_layer_is_never_taken_for_another_sum() {
 }
 
 fn sums<'a>(film: &'a Film, layers: &[(&'a str, &'a Film)]) -> Sums<'a> {
-    Sums { film, coverage: None, layers: layers.to_vec() }
+    Sums { film, alpha_sums: None, layers: layers.to_vec() }
 }
 
 #[test]

@@ -12,14 +12,14 @@ use crate::{sampling::Filter, scene::camera::Raster};
 ///
 /// As with the film, integers make it the same for any number of threads and any order of the samples. They are
 /// rounded: weights lie between 0 and a few, so that a fixed quantum is as good as any.
-pub struct Coverage {
+pub struct AlphaSums {
     crop: Crop,
     filter: Filter,
     /// Filter weights of all camera samples, and of those by as much as they are covered.
     sums: Box<[[AtomicU64; 2]]>,
 }
 
-impl Coverage {
+impl AlphaSums {
     /// Quanta in 1: 2³⁶, which leaves room for 2²⁶ samples a pixel.
     const PER_UNIT: f64 = (1_u64 << 36) as f64;
 
@@ -88,14 +88,14 @@ mod tests {
     fn alpha_is_exact_where_nothing_varies_and_the_filtered_step_at_an_edge() {
         for filter in Filter::ALL {
             let crop = Crop { x0: 0, y0: 0, x1: 9, y1: 3 };
-            let coverage = Coverage::new(crop, filter);
-            assert_eq!(coverage.alpha(), [0.0; 27]);
+            let alpha_sums = AlphaSums::new(crop, filter);
+            assert_eq!(alpha_sums.alpha(), [0.0; 27]);
             let mut sampler = Independent::new(1, 0, 0, Stream::Camera);
             for _ in 0..1_000_000 {
                 let place = sampler.next_2d() * Vec2::new(13.0, 7.0) - 2.0;
-                coverage.deposit(Raster(place), if place.x < 4.5 { 1.0 } else { 0.0 });
+                alpha_sums.deposit(Raster(place), if place.x < 4.5 { 1.0 } else { 0.0 });
             }
-            let alpha = coverage.alpha();
+            let alpha = alpha_sums.alpha();
             for row in alpha.chunks(9) {
                 assert!(row[..3] == [1.0; 3] && row[6..] == [0.0; 3], "{filter}: {row:?}");
                 assert!((row[4] - 0.5).abs() < 0.02, "{filter}: {row:?}");
