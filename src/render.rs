@@ -256,7 +256,8 @@ impl<'a> Renderer<'a> {
         samples
     }
 
-    /// One sample of one pixel of the padded image, or a stage of it. Returns the number of samples that this counts as.
+    /// One sample of one pixel of the padded image, or a stage of it. Returns the number of samples that this counts
+    /// as.
     #[inline(always)]
     fn sample<S: Sampler>(&self, pixel: Pixel, stages: Stages, scratch: &mut Scratch, sink: &mut impl Sink) -> u64 {
         let mut streams = self.streams::<S>(pixel);

@@ -257,8 +257,8 @@ impl Integrator {
         }
     }
 
-    /// Whether the pixels of a tile have their light subpaths in common, so that the first stage of all comes before the
-    /// second of any.
+    /// Whether the pixels of a tile have their light subpaths in common, so that the first stage of all comes before
+    /// the second of any.
     #[inline]
     pub fn shares_light_vertices(&self) -> bool {
         self.evaluated.shared_light_vertices().is_some()

@@ -90,7 +90,8 @@ pub struct Block {
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Spread {
-    /// Evenly distributed together with the stream's other blocks of this spread, the better the lower their numbers are.
+    /// Evenly distributed together with the stream's other blocks of this spread, the better the lower their numbers
+    /// are.
     Joint,
     /// On its own.
     Padded(u32),

@@ -61,12 +61,12 @@ const UNIFORM: f64 = 1.0 / 64.0;
 ///
 /// P_i = ½ Φ_i/Φ + (½ − 1/64) Φ_i/(K Φ_kind) + 1/(64 N), and zero where Φ_i is.
 ///
-/// Power is the right measure among lights of one family: a thousand emissive triangles count as the lamp that they make
-/// up. Between families it may mislead, since that of a sun or an environment grows with the scene's extent, whatever of
-/// it arrives where the camera looks. So half of the choice gives each of the K families present the same part: no kind
-/// gets less than nearly 1/(2K), and none needs more than twice the samples that its power alone would have given it.
-/// The uniform part bounds what a light's estimate is divided by: no probability is below 1/(64 N), 2²⁶ of a choice's
-/// integers for as many lights as have ids.
+/// Power is the right measure among lights of one family: a thousand emissive triangles count as the lamp that they
+/// make up. Between families it may mislead, since that of a sun or an environment grows with the scene's extent,
+/// whatever of it arrives where the camera looks. So half of the choice gives each of the K families present the same
+/// part: no kind gets less than nearly 1/(2K), and none needs more than twice the samples that its power alone would
+/// have given it. The uniform part bounds what a light's estimate is divided by: no probability is below 1/(64 N), 2²⁶
+/// of a choice's integers for as many lights as have ids.
 pub(super) fn by_kind_and_power(lights: &[(Family, f64)]) -> Discrete {
     let power_of =
         |wanted: Family| lights.iter().filter(|(family, _)| *family == wanted).map(|(_, power)| power).sum::<f64>();
