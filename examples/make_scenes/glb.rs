@@ -173,57 +173,8 @@ impl Builder {
         if let Some(i) = self.names.iter().position(|other| other == name) {
             return i;
         }
-        let emission = |radiance: [f64; 3]| {
-            let top = radiance.into_iter().fold(0.0, f64::max);
-            (radiance.map(|x| rounded(x / top)), json!({ "emissiveStrength": top }))
-        };
-        let lambert = json!({ "specularFactor": 0.0 });
         let mut m = json!({ "name": name });
-        let (color, metallic, roughness, extensions) = match surface {
-            Surface::Diffuse(color) => (color, 0.0, 1.0, json!({ "KHR_materials_specular": lambert })),
-            Surface::Emitter(radiance) => {
-                let (factor, strength) = emission(radiance);
-                m["emissiveFactor"] = json!(factor);
-                (
-                    [0.0; 3],
-                    0.0,
-                    1.0,
-                    json!({
-                    "KHR_materials_specular": lambert, "KHR_materials_emissive_strength": strength }),
-                )
-            }
-            Surface::Glowing { albedo, radiance } => {
-                m["emissiveFactor"] = json!([radiance, radiance, radiance]);
-                ([albedo; 3], 0.0, 1.0, json!({ "KHR_materials_specular": lambert }))
-            }
-            Surface::Mirror(reflectance) => ([reflectance; 3], 1.0, 0.0, json!({})),
-            Surface::Glass(ior) => ([1.0; 3], 0.0, 0.0, glass(ior)),
-            Surface::Frosted { ior, roughness } => ([1.0; 3], 0.0, roughness, glass(ior)),
-            Surface::Glossy { color, metallic, roughness } => (color, metallic, roughness, json!({})),
-            Surface::Papered { relief, .. } => {
-                if let Some((_, normal)) = relief {
-                    m["normalTexture"] = json!({ "index": normal });
-                }
-                ([1.0; 3], 0.0, if relief.is_some() { 1.0 } else { 0.7 }, json!({}))
-            }
-            Surface::Screen { image, radiance } => {
-                m["emissiveFactor"] = json!([1.0, 1.0, 1.0]);
-                m["emissiveTexture"] = json!({ "index": image });
-                let strength = json!({ "emissiveStrength": radiance });
-                let extensions = json!({
-                    "KHR_materials_specular": lambert, "KHR_materials_emissive_strength": strength });
-                ([0.0; 3], 0.0, 1.0, extensions)
-            }
-        };
-        m["pbrMetallicRoughness"] = json!({
-            "baseColorFactor": [color[0], color[1], color[2], 1.0],
-            "metallicFactor": metallic, "roughnessFactor": roughness });
-        if let Surface::Papered { color, relief } = surface {
-            m["pbrMetallicRoughness"]["baseColorTexture"] = json!({ "index": color });
-            if let Some((roughness, _)) = relief {
-                m["pbrMetallicRoughness"]["metallicRoughnessTexture"] = json!({ "index": roughness });
-            }
-        }
+        let extensions = describe(surface, &mut m);
         if let Some(extensions) = extensions.as_object().filter(|extensions| !extensions.is_empty()) {
             self.extensions.extend(extensions.keys().cloned());
             m["extensions"] = json!(extensions);
@@ -293,6 +244,59 @@ impl Builder {
         }
         out
     }
+}
+
+/// Fills a material in as `surface` is; returns its extensions.
+fn describe(surface: Surface, m: &mut Value) -> Value {
+    let lambert = json!({ "specularFactor": 0.0 });
+    let (color, metallic, roughness, extensions) = match surface {
+        Surface::Diffuse(color) => (color, 0.0, 1.0, json!({ "KHR_materials_specular": lambert })),
+        Surface::Emitter(radiance) => {
+            let (factor, strength) = emission(radiance);
+            m["emissiveFactor"] = json!(factor);
+            let extensions = json!({
+                "KHR_materials_specular": lambert, "KHR_materials_emissive_strength": strength });
+            ([0.0; 3], 0.0, 1.0, extensions)
+        }
+        Surface::Glowing { albedo, radiance } => {
+            m["emissiveFactor"] = json!([radiance, radiance, radiance]);
+            ([albedo; 3], 0.0, 1.0, json!({ "KHR_materials_specular": lambert }))
+        }
+        Surface::Mirror(reflectance) => ([reflectance; 3], 1.0, 0.0, json!({})),
+        Surface::Glass(ior) => ([1.0; 3], 0.0, 0.0, glass(ior)),
+        Surface::Frosted { ior, roughness } => ([1.0; 3], 0.0, roughness, glass(ior)),
+        Surface::Glossy { color, metallic, roughness } => (color, metallic, roughness, json!({})),
+        Surface::Papered { relief, .. } => {
+            if let Some((_, normal)) = relief {
+                m["normalTexture"] = json!({ "index": normal });
+            }
+            ([1.0; 3], 0.0, if relief.is_some() { 1.0 } else { 0.7 }, json!({}))
+        }
+        Surface::Screen { image, radiance } => {
+            m["emissiveFactor"] = json!([1.0, 1.0, 1.0]);
+            m["emissiveTexture"] = json!({ "index": image });
+            let strength = json!({ "emissiveStrength": radiance });
+            let extensions = json!({
+                "KHR_materials_specular": lambert, "KHR_materials_emissive_strength": strength });
+            ([0.0; 3], 0.0, 1.0, extensions)
+        }
+    };
+    m["pbrMetallicRoughness"] = json!({
+        "baseColorFactor": [color[0], color[1], color[2], 1.0],
+        "metallicFactor": metallic, "roughnessFactor": roughness });
+    if let Surface::Papered { color, relief } = surface {
+        m["pbrMetallicRoughness"]["baseColorTexture"] = json!({ "index": color });
+        if let Some((roughness, _)) = relief {
+            m["pbrMetallicRoughness"]["metallicRoughnessTexture"] = json!({ "index": roughness });
+        }
+    }
+    extensions
+}
+
+/// The emissive factor, at most 1, and the `KHR_materials_emissive_strength` that make up this radiance.
+fn emission(radiance: [f64; 3]) -> ([f64; 3], Value) {
+    let top = radiance.into_iter().fold(0.0, f64::max);
+    (radiance.map(|x| rounded(x / top)), json!({ "emissiveStrength": top }))
 }
 
 fn glass(ior: f64) -> Value {

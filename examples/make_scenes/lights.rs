@@ -97,73 +97,16 @@ pub fn many_lights() -> Vec<u8> {
 /// A room with a normal-mapped brick wall, a floor of tiles of differing roughness, papered walls, and a screen that
 /// shines.
 pub fn textured_room() -> Vec<u8> {
-    const SIDE: u32 = 128;
     let mut scene = Builder::new(Camera {
         position: [2.0, 1.3, 0.2],
         target: [1.9, 1.05, 4.0],
         yfov: 60.0_f64.to_radians(),
         aspect: 4.0 / 3.0,
     });
-    let bricks = |x, y| brick([x, y], SIDE, 8);
-    let wall = scene.texture("bricks", SIDE, |x, y| match bricks(x, y) {
-        (n, [0, 0]) => [130 + hash(n) / 4, 62 + hash(n + 7) / 8, 45],
-        _ => [150, 145, 138],
-    });
-    let wall_roughness = scene.texture("brick roughness", SIDE, |x, y| match bricks(x, y) {
-        (n, [0, 0]) => [255, 120 + hash(n + 3) / 4, 0],
-        _ => [255, 240, 0],
-    });
-    let wall_relief = scene.texture("brick relief", SIDE, |x, y| {
-        let (_, [du, dv]) = bricks(x, y);
-        // Green points up, rows go down.
-        normal([-0.7 * f64::from(du), 0.7 * f64::from(dv)])
-    });
-    let tile = |x: u32, y: u32| (x / 64 + y / 64).is_multiple_of(2);
-    let floor = scene.texture("tiles", SIDE, |x, y| if tile(x, y) { [200, 195, 185] } else { [60, 66, 72] });
-    let floor_roughness = scene.texture("tile roughness", SIDE, |x, y| [255, if tile(x, y) { 90 } else { 190 }, 0]);
-    let flat = scene.texture("no relief", 1, |_, _| [128, 128, 255]);
-    let paper = scene.texture("paper", SIDE, |x, y| match (x / 16 % 2, (x + y) / 8 % 4) {
-        (0, 0) => [150, 160, 120],
-        (0, _) => [190, 196, 160],
-        _ => [205, 200, 175],
-    });
-    let picture = scene.texture("picture", 16, |x, y| {
-        let (dx, dy) = (2 * x as i32 - 15, 2 * y as i32 - 17);
-        if dx * dx + dy * dy < 90 { [255, 190, 60] } else { [20, 60 + 6 * y as u8, 160] }
-    });
-
-    let [x, y, z] = [4.0, 2.5, 4.2];
-    scene.mesh(
-        "floor",
-        "tiles",
-        Surface::Papered { color: floor, relief: Some((floor_roughness, flat)) },
-        &papered_quad([[0., 0., 0.], [0., 0., z], [x, 0., z], [x, 0., 0.]], [3., 3.]),
-    );
-    scene.mesh(
-        "back",
-        "bricks",
-        Surface::Papered { color: wall, relief: Some((wall_roughness, wall_relief)) },
-        &papered_quad([[x, 0., z], [0., 0., z], [0., y, z], [x, y, z]], [3., 2.]),
-    );
-    let papered = Surface::Papered { color: paper, relief: None };
-    scene.mesh(
-        "right",
-        "paper",
-        papered,
-        &papered_quad([[0., 0., z], [0., 0., 0.], [0., y, 0.], [0., y, z]], [4., 2.5]),
-    );
-    scene.mesh("left", "paper", papered, &papered_quad([[x, 0., 0.], [x, 0., z], [x, y, z], [x, y, 0.]], [4., 2.5]));
-    let plaster = Surface::Diffuse([0.75; 3]);
-    scene.mesh("ceiling", "plaster", plaster, &quad([[0., y, 0.], [x, y, 0.], [x, y, z], [0., y, z]]));
-    scene.mesh("front", "plaster", plaster, &quad([[0., 0., 0.], [x, 0., 0.], [x, y, 0.], [0., y, 0.]]));
-    let lamp = facing_quad([2.0, y - 0.01, 1.8], [0., -1., 0.], 0.4);
-    scene.mesh("lamp", "lamp", Surface::Emitter([9.0, 8.4, 7.4]), &lamp);
-    let (sx, sy) = (x - 0.02, 1.3);
-    let screen = papered_quad(
-        [[sx, sy - 0.45, 2.2], [sx, sy - 0.45, 3.4], [sx, sy + 0.45, 3.4], [sx, sy + 0.45, 2.2]],
-        [1., 1.],
-    );
-    scene.mesh("screen", "screen", Surface::Screen { image: picture, radiance: 6.0 }, &screen);
+    let papers = Papers::paint(&mut scene);
+    let size = [4.0, 2.5, 4.2];
+    build_room(&mut scene, &papers, size);
+    hang_lights(&mut scene, &papers, size);
     scene.mesh(
         "box",
         "wood",
@@ -178,6 +121,94 @@ pub fn textured_room() -> Vec<u8> {
         0.25,
     );
     scene.finish()
+}
+
+/// The textures of [`textured_room`].
+struct Papers {
+    bricks: usize,
+    brick_relief: (usize, usize),
+    tiles: usize,
+    tile_relief: (usize, usize),
+    paper: usize,
+    picture: usize,
+}
+
+impl Papers {
+    fn paint(scene: &mut Builder) -> Self {
+        const SIDE: u32 = 128;
+        let at = |x, y| brick([x, y], SIDE, 8);
+        let bricks = scene.texture("bricks", SIDE, |x, y| match at(x, y) {
+            (n, [0, 0]) => [130 + hash(n) / 4, 62 + hash(n + 7) / 8, 45],
+            _ => [150, 145, 138],
+        });
+        let brick_roughness = scene.texture("brick roughness", SIDE, |x, y| match at(x, y) {
+            (n, [0, 0]) => [255, 120 + hash(n + 3) / 4, 0],
+            _ => [255, 240, 0],
+        });
+        let brick_relief = scene.texture("brick relief", SIDE, |x, y| {
+            let (_, [du, dv]) = at(x, y);
+            // Green points up, rows go down.
+            normal([-0.7 * f64::from(du), 0.7 * f64::from(dv)])
+        });
+        let tile = |x: u32, y: u32| (x / 64 + y / 64).is_multiple_of(2);
+        let tiles = scene.texture("tiles", SIDE, |x, y| if tile(x, y) { [200, 195, 185] } else { [60, 66, 72] });
+        let tile_roughness = scene.texture("tile roughness", SIDE, |x, y| [255, if tile(x, y) { 90 } else { 190 }, 0]);
+        let flat = scene.texture("no relief", 1, |_, _| [128, 128, 255]);
+        let paper = scene.texture("paper", SIDE, |x, y| match (x / 16 % 2, (x + y) / 8 % 4) {
+            (0, 0) => [150, 160, 120],
+            (0, _) => [190, 196, 160],
+            _ => [205, 200, 175],
+        });
+        let picture = scene.texture("picture", 16, |x, y| {
+            let (dx, dy) = (2 * x as i32 - 15, 2 * y as i32 - 17);
+            if dx * dx + dy * dy < 90 { [255, 190, 60] } else { [20, 60 + 6 * y as u8, 160] }
+        });
+        Self {
+            bricks,
+            brick_relief: (brick_roughness, brick_relief),
+            tiles,
+            tile_relief: (tile_roughness, flat),
+            paper,
+            picture,
+        }
+    }
+}
+
+fn build_room(scene: &mut Builder, papers: &Papers, [x, y, z]: V3) {
+    scene.mesh(
+        "floor",
+        "tiles",
+        Surface::Papered { color: papers.tiles, relief: Some(papers.tile_relief) },
+        &papered_quad([[0., 0., 0.], [0., 0., z], [x, 0., z], [x, 0., 0.]], [3., 3.]),
+    );
+    scene.mesh(
+        "back",
+        "bricks",
+        Surface::Papered { color: papers.bricks, relief: Some(papers.brick_relief) },
+        &papered_quad([[x, 0., z], [0., 0., z], [0., y, z], [x, y, z]], [3., 2.]),
+    );
+    let papered = Surface::Papered { color: papers.paper, relief: None };
+    scene.mesh(
+        "right",
+        "paper",
+        papered,
+        &papered_quad([[0., 0., z], [0., 0., 0.], [0., y, 0.], [0., y, z]], [4., 2.5]),
+    );
+    scene.mesh("left", "paper", papered, &papered_quad([[x, 0., 0.], [x, 0., z], [x, y, z], [x, y, 0.]], [4., 2.5]));
+    let plaster = Surface::Diffuse([0.75; 3]);
+    scene.mesh("ceiling", "plaster", plaster, &quad([[0., y, 0.], [x, y, 0.], [x, y, z], [0., y, z]]));
+    scene.mesh("front", "plaster", plaster, &quad([[0., 0., 0.], [x, 0., 0.], [x, y, 0.], [0., y, 0.]]));
+}
+
+fn hang_lights(scene: &mut Builder, papers: &Papers, [x, y, _]: V3) {
+    let lamp = facing_quad([2.0, y - 0.01, 1.8], [0., -1., 0.], 0.4);
+    scene.mesh("lamp", "lamp", Surface::Emitter([9.0, 8.4, 7.4]), &lamp);
+    let (sx, sy) = (x - 0.02, 1.3);
+    let screen = papered_quad(
+        [[sx, sy - 0.45, 2.2], [sx, sy - 0.45, 3.4], [sx, sy + 0.45, 3.4], [sx, sy + 0.45, 2.2]],
+        [1., 1.],
+    );
+    scene.mesh("screen", "screen", Surface::Screen { image: papers.picture, radiance: 6.0 }, &screen);
 }
 
 /// Blocks and balls on open ground under a low sun; the sky is [`outdoor_sky`].
