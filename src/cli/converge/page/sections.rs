@@ -159,15 +159,17 @@ pub fn curves(report: &Report) -> io::Result<Markup> {
     })
 }
 
+/// What a snapshot took.
+type Cost = fn(&Snapshot) -> f64;
+
 /// An SVG element for each metric and what it is plotted against. `noise` is the reference's own.
 fn plots(report: &Report, noise: Option<f64>) -> io::Result<Vec<String>> {
-    let times: [(&str, fn(&Snapshot) -> f64); 2] =
-        [("seconds", |s| s.seconds), ("samples per pixel", |s| f64::from(s.passes))];
+    let costs: [(&str, Cost); 2] = [("seconds", |s| s.seconds), ("samples per pixel", |s| f64::from(s.passes))];
     let mut plots = Vec::new();
     for (metric, y, level) in
         [(RELMSE, "root of relMSE", noise), (TRIMMED, "root of relMSE without the worst 0.1 %", None)]
     {
-        for (x, of) in times {
+        for (x, of) in costs {
             let svg = log_log(&curves_of(report, of, metric), &Axes { x, y, level });
             plots.push(svg.map_err(|e| io::Error::other(e.to_string()))?);
         }
@@ -175,7 +177,7 @@ fn plots(report: &Report, noise: Option<f64>) -> io::Result<Vec<String>> {
     Ok(plots)
 }
 
-fn curves_of(report: &Report, x: fn(&Snapshot) -> f64, metric: Metric) -> Vec<Curve> {
+fn curves_of(report: &Report, x: Cost, metric: Metric) -> Vec<Curve> {
     let curve = |(i, one): (usize, &Measured)| {
         let points = one.snapshots.iter().map(|s| (x(s), s.root(metric)));
         let points: Vec<_> = points.filter(|p| p.0 > 0.0 && p.1 > 0.0).collect();
