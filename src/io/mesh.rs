@@ -2,7 +2,7 @@
 
 use glam::{DMat3, Vec3, Vec4};
 use gltf_json::{
-    Index, Root,
+    Accessor, Index, Root,
     mesh::{Mode, Primitive, Semantic},
     validation::Checked,
 };
@@ -74,15 +74,7 @@ fn part(
     at: &str,
     warnings: &mut Vec<String>,
 ) -> Result<Option<Part>, Fault> {
-    let mode = match primitive.mode {
-        Checked::Valid(mode @ (Mode::Triangles | Mode::TriangleStrip | Mode::TriangleFan)) => mode,
-        Checked::Valid(mode) => {
-            let what = if mode == Mode::Points { "points" } else { "lines" };
-            warnings.push(format!("{at} consists of {what}, which have no area: skipped"));
-            return Ok(None);
-        }
-        Checked::Invalid => return Err(Fault::invalid(format!("{at}/mode"), "this primitive mode does not exist")),
-    };
+    let Some(mode) = mode_with_area(primitive, at, warnings)? else { return Ok(None) };
     let attribute = |semantic| primitive.attributes.get(&Checked::Valid(semantic)).copied();
     let Some(source) = attribute(Semantic::Positions) else {
         warnings.push(format!("{at} has no positions: skipped"));
@@ -93,24 +85,14 @@ fn part(
         let remedy = extensions::remedy(DRACO).unwrap_or_default();
         return Err(Fault::unsupported(at, format!("this primitive is there with {DRACO} alone: {remedy}")));
     }
-    let mut positions = accessors.vec3(source)?;
-    if let Some(i) = positions.iter().position(|p| !p.is_finite()) {
-        let what = format!("the position in element {i} is not finite: {}", positions[i]);
-        return Err(Fault::invalid(accessor::pointer(source), what));
-    }
+    let mut positions = finite_positions(accessors, source)?;
     let corners = match primitive.indices {
         Some(indices) => in_range(accessors.indices(indices)?, positions.len(), indices)?,
         None => (0..positions.len() as u32).collect(),
     };
     let triangles = triangles(&corners, mode, at, warnings);
-    let mut normals = None;
-    if let Some(source) = attribute(Semantic::Normals) {
-        if accessors.count(source) != positions.len() {
-            let what = format!("there are {} normals for {} positions", accessors.count(source), positions.len());
-            return Err(Fault::invalid(format!("{at}/attributes/NORMAL"), what));
-        }
-        normals = Some(accessors.vec3(source)?);
-    }
+    let normals = attribute(Semantic::Normals).map(|source| normals_of(accessors, source, positions.len(), at));
+    let mut normals = normals.transpose()?;
     pose::morph(accessors, primitive, weights, &mut positions, normals.as_deref_mut(), at)?;
     if let Some(normals) = &mut normals {
         mend(normals, &positions, &triangles, at, warnings);
@@ -134,7 +116,44 @@ fn part(
     Ok(Some(part))
 }
 
-fn in_range(corners: Vec<u32>, positions: usize, indices: Index<gltf_json::Accessor>) -> Result<Vec<u32>, Fault> {
+/// The primitive's mode; `None`, with a warning, for points and lines.
+fn mode_with_area(primitive: &Primitive, at: &str, warnings: &mut Vec<String>) -> Result<Option<Mode>, Fault> {
+    match primitive.mode {
+        Checked::Valid(mode @ (Mode::Triangles | Mode::TriangleStrip | Mode::TriangleFan)) => Ok(Some(mode)),
+        Checked::Valid(mode) => {
+            let what = if mode == Mode::Points { "points" } else { "lines" };
+            warnings.push(format!("{at} consists of {what}, which have no area: skipped"));
+            Ok(None)
+        }
+        Checked::Invalid => Err(Fault::invalid(format!("{at}/mode"), "this primitive mode does not exist")),
+    }
+}
+
+fn finite_positions(accessors: Accessors<'_>, source: Index<Accessor>) -> Result<Vec<Vec3>, Fault> {
+    let positions = accessors.vec3(source)?;
+    if let Some(i) = positions.iter().position(|p| !p.is_finite()) {
+        let what = format!("the position in element {i} is not finite: {}", positions[i]);
+        return Err(Fault::invalid(accessor::pointer(source), what));
+    }
+    Ok(positions)
+}
+
+/// The normals, one for each position.
+fn normals_of(
+    accessors: Accessors<'_>,
+    source: Index<Accessor>,
+    positions: usize,
+    at: &str,
+) -> Result<Vec<Vec3>, Fault> {
+    let normals = accessors.count(source);
+    if normals != positions {
+        let what = format!("there are {normals} normals for {positions} positions");
+        return Err(Fault::invalid(format!("{at}/attributes/NORMAL"), what));
+    }
+    accessors.vec3(source)
+}
+
+fn in_range(corners: Vec<u32>, positions: usize, indices: Index<Accessor>) -> Result<Vec<u32>, Fault> {
     match corners.iter().position(|&corner| corner as usize >= positions) {
         None => Ok(corners),
         Some(i) => {
