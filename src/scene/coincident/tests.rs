@@ -59,6 +59,112 @@ fn contains(corners: [DVec2; 3], p: DVec2) -> Option<bool> {
     (inside.abs() > 1e-4).then_some(inside > 0.0)
 }
 
+/// Cards in one plane: triangles of a material each.
+struct Cards {
+    plane: Tilted,
+    /// Their corners in the plane, and their materials.
+    each: Vec<([DVec2; 3], u32)>,
+}
+
+fn in_square(r: &mut StdRng) -> DVec2 {
+    DVec2::new(r.random(), r.random()) * 2.0 - 1.0
+}
+
+impl Cards {
+    /// Twelve cards, all opaque in every second case, and the scene of them.
+    fn dealt(case: usize, r: &mut StdRng) -> (Self, Scene) {
+        let plane = Tilted::new(r);
+        let mut g = Geometry::default();
+        let mut each = Vec::new();
+        while each.len() < 12 {
+            let corners = [in_square(r), in_square(r), in_square(r)];
+            if (corners[1] - corners[0]).perp_dot(corners[2] - corners[0]).abs() > 0.3 {
+                let material =
+                    if case.is_multiple_of(2) { OPAQUE } else { [OPAQUE, LAMP, VEIL, PANE][r.random_range(0..4)] };
+                let placed = corners.map(|p| plane.place(p, 0.0).as_vec3());
+                g.add_triangles(&placed, None, &[[0, 1, 2]], MaterialId(material));
+                each.push((corners, material));
+            }
+        }
+        g.set_effort(BuildEffort::ALL[case % 3 % 2]);
+        (Self { plane, each }, scene_of(g))
+    }
+
+    fn is_veil(&self, id: u32) -> bool {
+        self.each[id as usize].1 == VEIL
+    }
+
+    /// The cards at p in the order of their ranks, with how much of each is there; `None` at an edge.
+    fn there(&self, p: DVec2) -> Option<Vec<(u32, f32)>> {
+        let mut here = Vec::new();
+        for (id, &(corners, material)) in (0..).zip(&self.each) {
+            if contains(corners, p)? {
+                here.push(((material != LAMP, material == PANE), id));
+            }
+        }
+        here.sort_unstable();
+        let mut left = 1.0;
+        let share = |&(_, id): &(_, u32)| {
+            let alpha = if self.is_veil(id) { 0.5 } else { 1.0 };
+            let share = left * alpha;
+            left -= share;
+            (id, share)
+        };
+        Some(here.iter().map(share).collect())
+    }
+
+    /// Holds a ray from `from` to the cards at p to what is `there`, and what is left of the point that it meets;
+    /// returns which card stops it. The ray passes the first veil.
+    fn expect_stop(&self, scene: &Scene, from: Vec3, p: DVec2, there: &[(u32, f32)]) -> Option<u32> {
+        let w = (self.plane.place(p, 0.0) - from.as_dvec3()).normalize().as_vec3();
+        let mut depth = 0;
+        let stopped = scene.trace_ray(from, w, PrimitiveId::NONE, |_| {
+            depth += 1;
+            depth > 1
+        });
+        let mut veils = 0;
+        let mut stops = |id: u32| {
+            let veil = self.is_veil(id);
+            veils += u32::from(veil);
+            !veil || veils > 1
+        };
+        let expected = there.iter().map(|(id, _)| *id).find(|id| stops(*id));
+        assert_eq!(stopped.hit.map(|hit| hit.primitive.index()), expected, "{there:?}");
+        if let Some(hit) = stopped.hit {
+            let q = scene.point_at(&stopped.ray, &hit);
+            let share = there.iter().find(|(id, _)| *id == hit.primitive.index()).map(|(_, share)| *share);
+            assert_eq!(Some(q.alpha), share);
+            // Leaving to either side, it meets nothing of the plane again.
+            let again = scene.trace_ray(q.ray_origin(-w), -w, q.primitive, |_| true);
+            assert!(again.hit.is_none() && again.visibility == 1.0, "{:?}", again.hit);
+            assert_eq!(scene.visible(&q, &Point::nowhere(from)), 1.0);
+            assert_eq!(scene.visible(&Point::nowhere(from), &q), 1.0);
+        }
+        expected
+    }
+
+    /// Holds a segment from `from` through all cards at p to what is `there`; returns how much passes.
+    fn expect_passage(&self, scene: &Scene, from: Vec3, p: DVec2, there: &[(u32, f32)]) -> f32 {
+        let beyond = Point::nowhere((2.0 * self.plane.place(p, 0.0) - from.as_dvec3()).as_vec3());
+        let passes = 1.0 - there.iter().map(|(_, share)| share).sum::<f32>();
+        assert_eq!(scene.visible(&Point::nowhere(from), &beyond), passes);
+        passes
+    }
+
+    /// Holds a sampled point of a card, whether it is there or not, to what is there; returns how much of it is.
+    fn expect_sample(&self, scene: &Scene, id: u32, r: &mut StdRng) -> Option<f32> {
+        let plane = &self.plane;
+        let q = scene.point_on(PrimitiveId::world(id), Vec2::new(r.random(), r.random()));
+        let local = plane.turn.transpose() * (q.position.as_dvec3() - plane.origin) / plane.scale;
+        let there = self.there(local.truncate())?;
+        let (_, share) = *there.iter().find(|(other, _)| *other == id)?;
+        assert_eq!(q.alpha, share, "card {id}: {there:?}");
+        let above = Point::nowhere(plane.place(local.truncate(), 1.0).as_vec3());
+        assert_eq!(scene.visible(&q, &above), if share > 0.0 { 1.0 } else { 0.0 });
+        Some(share)
+    }
+}
+
 /// The rule, asked of every triangle in two dimensions and in f64: what rays from either side stop on, what is left of
 /// sampled points, and what sees what.
 #[test]
@@ -66,92 +172,20 @@ fn what_is_there_is_what_asking_every_surface_finds() {
     let mut r = StdRng::seed_from_u64(3);
     let (mut met, mut hidden, mut passed) = (0, 0, 0);
     for case in 0..60 {
-        let plane = Tilted::new(&mut r);
-        let mut g = Geometry::default();
-        let mut cards = Vec::new();
-        let point = |r: &mut StdRng| DVec2::new(r.random(), r.random()) * 2.0 - 1.0;
-        while cards.len() < 12 {
-            let corners = [point(&mut r), point(&mut r), point(&mut r)];
-            if (corners[1] - corners[0]).perp_dot(corners[2] - corners[0]).abs() > 0.3 {
-                let material = if case % 2 == 0 { OPAQUE } else { [OPAQUE, LAMP, VEIL, PANE][r.random_range(0..4)] };
-                g.add_triangles(
-                    &corners.map(|p| plane.place(p, 0.0).as_vec3()),
-                    None,
-                    &[[0, 1, 2]],
-                    MaterialId(material),
-                );
-                cards.push((corners, material));
-            }
-        }
-        g.set_effort(BuildEffort::ALL[case % 3 % 2]);
-        let scene = scene_of(g);
+        let (cards, scene) = Cards::dealt(case, &mut r);
         assert!(scene.geometry().has_coincident(), "case {case}");
-        // The cards there in the order of their ranks, with how much of each is there.
-        let there = |p: DVec2| -> Option<Vec<(u32, f32)>> {
-            let mut here = Vec::new();
-            for (id, &(corners, material)) in (0..).zip(&cards) {
-                if contains(corners, p)? {
-                    here.push(((material != LAMP, material == PANE), id));
-                }
-            }
-            here.sort_unstable();
-            let mut left = 1.0;
-            let share = |&(_, id): &(_, u32)| {
-                let alpha = if cards[id as usize].1 == VEIL { 0.5 } else { 1.0 };
-                let share = left * alpha;
-                left -= share;
-                (id, share)
-            };
-            Some(here.iter().map(share).collect())
-        };
         for _ in 0..300 {
-            let p = point(&mut r);
-            let Some(there) = there(p) else { continue };
-            // Rays from both sides, none of them along the plane.
-            let from = plane.place(point(&mut r), [0.3, -0.3, 2.0, -2.0][r.random_range(0..4)]).as_vec3();
-            let w = (plane.place(p, 0.0) - from.as_dvec3()).normalize().as_vec3();
-            let mut depth = 0;
-            let stopped = scene.trace_ray(from, w, PrimitiveId::NONE, |_| {
-                depth += 1;
-                depth > 1
-            });
-            // The ray passes the first veil.
-            let mut veils = 0;
-            let mut stops = |id: u32| {
-                let veil = cards[id as usize].1 == VEIL;
-                veils += u32::from(veil);
-                !veil || veils > 1
-            };
-            let expected = there.iter().map(|(id, _)| *id).find(|id| stops(*id));
-            assert_eq!(stopped.hit.map(|hit| hit.primitive.index()), expected, "case {case}, {there:?}");
-            met += u32::from(expected.is_some());
-            if let Some(hit) = stopped.hit {
-                let q = scene.point_at(&stopped.ray, &hit);
-                let share = there.iter().find(|(id, _)| *id == hit.primitive.index()).map(|(_, share)| *share);
-                assert_eq!(Some(q.alpha), share, "case {case}");
-                // Leaving to either side, it meets nothing of the plane again.
-                let again = scene.trace_ray(q.ray_origin(-w), -w, q.primitive, |_| true);
-                assert!(again.hit.is_none() && again.visibility == 1.0, "case {case}: {:?}", again.hit);
-                assert_eq!(scene.visible(&q, &Point::nowhere(from)), 1.0, "case {case}");
-                assert_eq!(scene.visible(&Point::nowhere(from), &q), 1.0, "case {case}");
-            }
-            // A segment through all of them.
-            let beyond = Point::nowhere((2.0 * plane.place(p, 0.0) - from.as_dvec3()).as_vec3());
-            let passes = 1.0 - there.iter().map(|(_, share)| share).sum::<f32>();
-            assert_eq!(scene.visible(&Point::nowhere(from), &beyond), passes, "case {case}");
+            let p = in_square(&mut r);
+            let Some(there) = cards.there(p) else { continue };
+            // From both sides, and never along the plane.
+            let from = cards.plane.place(in_square(&mut r), [0.3, -0.3, 2.0, -2.0][r.random_range(0..4)]).as_vec3();
+            met += u32::from(cards.expect_stop(&scene, from, p, &there).is_some());
+            let passes = cards.expect_passage(&scene, from, p, &there);
             passed += u32::from(passes > 0.0 && passes < 1.0);
         }
-        // Sampled points, whether they are there or not.
         for id in 0..12 {
             for _ in 0..20 {
-                let q = scene.point_on(PrimitiveId::world(id), Vec2::new(r.random(), r.random()));
-                let local = plane.turn.transpose() * (q.position.as_dvec3() - plane.origin) / plane.scale;
-                let Some(there) = there(local.truncate()) else { continue };
-                let Some((_, share)) = there.iter().find(|(other, _)| *other == id) else { continue };
-                assert_eq!(q.alpha, *share, "case {case}, card {id}: {there:?}");
-                let above = Point::nowhere(plane.place(local.truncate(), 1.0).as_vec3());
-                assert_eq!(scene.visible(&q, &above), if *share > 0.0 { 1.0 } else { 0.0 }, "case {case}");
-                hidden += u32::from(*share == 0.0);
+                hidden += u32::from(cards.expect_sample(&scene, id, &mut r) == Some(0.0));
             }
         }
     }
