@@ -138,98 +138,133 @@ fn the_tree_answers_as_no_tree_does() {
     let mut r = rng();
     let (mut hits, mut passed) = (0, 0);
     for case in 0..60 {
-        let mut g = Geometry::default();
-        // Small integer coordinates make coplanar, degenerate and duplicate triangles and equal distances common; in
-        // two tilted planes most rays see triangles edge-on, where rounding decides.
-        let tilted = Frame::around(vec3(0.48, 0.6, 0.64));
-        let point = |r: &mut StdRng| match case % 3 {
-            0 => (3.0 * cube(r)).round(),
-            1 => 3.0 * cube(r),
-            _ => tilted.to_world((3.0 * cube(r)).round() * vec3(1.0, 1.0, 1e-3)),
-        };
-        for _ in 0..case % 4 {
-            let center = point(&mut r);
-            g.add_sphere(center, r.random_range(0.0..1.5), M);
-        }
-        let mut corners: Vec<[Vec3; 3]> = Vec::new();
-        for _ in 0..case * 3 {
-            let c = match r.random_range(0..8) {
-                0 if !corners.is_empty() => corners[r.random_range(0..corners.len())],
-                1 => {
-                    let p = point(&mut r);
-                    [p, p, point(&mut r)]
-                }
-                _ => [point(&mut r), point(&mut r), point(&mut r)],
-            };
-            corners.push(c);
-        }
-        let indices: Vec<_> = (0..corners.len() as u32).map(|i| [3 * i, 3 * i + 1, 3 * i + 2]).collect();
-        g.add_triangles(corners.as_flattened(), None, &indices, M);
-        if case % 2 == 0 {
-            // The same triangles once more as a mesh: in place, where every hit has an equal one in world space, and
-            // elsewhere.
-            let mut mesh = Mesh::default();
-            mesh.add_triangles(corners.as_flattened(), None, &indices, M);
-            let mesh = g.add_mesh(mesh);
-            g.add_instance(mesh, Placement::new(DAffine3::IDENTITY).expect("usable"));
-            for _ in 0..case % 5 {
-                let placement = loop {
-                    let linear = DMat3::from_cols(cube(&mut r).into(), cube(&mut r).into(), cube(&mut r).into());
-                    if let Some(p) = Placement::new(DAffine3::from_mat3_translation(linear, cube(&mut r).into())) {
-                        break p;
-                    }
-                };
-                g.add_instance(mesh, placement);
-            }
-        }
-        let mut g = built_with(BuildEffort::ALL[case / 3 % 2], g);
-        if case % 3 == 1 {
-            g.tree = g.tree.map(Tree::portable);
-            g.meshes.iter_mut().for_each(|m| m.tree = m.tree.take().map(Tree::portable));
-        }
+        let g = built_case(case, awkward_geometry(case, &mut r));
         let ids = ids(&g);
         for _ in 0..500 {
-            let zeros = [0; 3].map(|_| r.random_range(0..if case % 3 == 2 { 40 } else { 4 }));
-            let origin = point(&mut r);
-            let target = point(&mut r);
-            let mut d = target - origin;
-            for k in 0..3 {
-                match zeros[k] {
-                    0 => d[k] = 0.0,
-                    1 => d[k] = -0.0,
-                    _ => {}
-                }
-            }
-            if d == Vec3::ZERO {
-                continue;
-            }
-            let t_max = [f32::INFINITY, 1.0, 0.4][r.random_range(0..3)];
-            let ray = Ray { origin, direction: d, t_max };
+            let Some(ray) = awkward_ray(case, &mut r) else { continue };
             let mut any = || if ids.is_empty() { PrimitiveId::NONE } else { ids[r.random_range(0..ids.len())] };
             let skip = [any(), any()];
-            let (a, b) = (g.closest(&ray, skip[0]), brute(&g, &ray, &skip[..1]));
-            let key = |h: Hit| (h.t, h.primitive, h.barycentric);
-            assert_eq!(a.map(key), b.map(key), "case {case}, {ray:?}");
-            assert_eq!(g.occluded(&ray, skip), brute(&g, &ray, &skip).is_some(), "case {case}, {ray:?}");
-            hits += u32::from(a.is_some());
-            // Everything on the way, front to back and at once.
-            let orders = |hits: Vec<Hit>| hits.iter().map(Hit::order).collect::<Vec<_>>();
-            let all = brute_all(&g, &ray, &skip[..1]);
-            let one_by_one: Vec<_> = std::iter::successors(a, |hit| g.closest_after(&ray, skip[0], hit)).collect();
-            let mut at_once = Vec::new();
-            let flow = g.crossings(&ray, [skip[0], PrimitiveId::NONE], |hit| {
-                at_once.push(*hit);
-                ControlFlow::Continue(())
-            });
-            assert!(flow.is_continue());
-            at_once.sort_by(|a, b| a.order().partial_cmp(&b.order()).expect("no NaN"));
-            passed += all.len();
-            let all = orders(all);
-            assert_eq!(orders(at_once), all, "case {case}, {ray:?}");
-            assert_eq!(orders(one_by_one), all, "case {case}, {ray:?}");
+            let closest = expect_first_as_brute(case, &g, &ray, skip);
+            hits += u32::from(closest.is_some());
+            passed += expect_all_as_brute(case, &g, &ray, skip[0], closest);
         }
     }
     assert!(hits > 3000 && passed > 20_000, "{hits} {passed}");
+}
+
+/// Small integer coordinates make coplanar, degenerate and duplicate triangles and equal distances common; in two
+/// tilted planes most rays see triangles edge-on, where rounding decides.
+fn awkward_point(case: usize, r: &mut StdRng) -> Vec3 {
+    match case % 3 {
+        0 => (3.0 * cube(r)).round(),
+        1 => 3.0 * cube(r),
+        _ => Frame::around(vec3(0.48, 0.6, 0.64)).to_world((3.0 * cube(r)).round() * vec3(1.0, 1.0, 1e-3)),
+    }
+}
+
+/// Spheres and triangles, and in every second case instances.
+fn awkward_geometry(case: usize, r: &mut StdRng) -> Geometry {
+    let mut g = Geometry::default();
+    for _ in 0..case % 4 {
+        let center = awkward_point(case, r);
+        g.add_sphere(center, r.random_range(0.0..1.5), M);
+    }
+    let corners = awkward_triangles(case, r);
+    let indices: Vec<_> = (0..corners.len() as u32).map(|i| [3 * i, 3 * i + 1, 3 * i + 2]).collect();
+    g.add_triangles(corners.as_flattened(), None, &indices, M);
+    if case.is_multiple_of(2) {
+        // The same triangles once more as a mesh: in place, where every hit has an equal one in world space, and
+        // elsewhere.
+        let mut mesh = Mesh::default();
+        mesh.add_triangles(corners.as_flattened(), None, &indices, M);
+        let mesh = g.add_mesh(mesh);
+        g.add_instance(mesh, Placement::new(DAffine3::IDENTITY).expect("usable"));
+        for _ in 0..case % 5 {
+            g.add_instance(mesh, random_placement(r));
+        }
+    }
+    g
+}
+
+/// Some of them twice, some without an area.
+fn awkward_triangles(case: usize, r: &mut StdRng) -> Vec<[Vec3; 3]> {
+    let mut corners: Vec<[Vec3; 3]> = Vec::new();
+    for _ in 0..case * 3 {
+        let c = match r.random_range(0..8) {
+            0 if !corners.is_empty() => corners[r.random_range(0..corners.len())],
+            1 => {
+                let p = awkward_point(case, r);
+                [p, p, awkward_point(case, r)]
+            }
+            _ => [awkward_point(case, r), awkward_point(case, r), awkward_point(case, r)],
+        };
+        corners.push(c);
+    }
+    corners
+}
+
+fn random_placement(r: &mut StdRng) -> Placement {
+    loop {
+        let linear = DMat3::from_cols(cube(r).into(), cube(r).into(), cube(r).into());
+        if let Some(p) = Placement::new(DAffine3::from_mat3_translation(linear, cube(r).into())) {
+            break p;
+        }
+    }
+}
+
+/// With each effort, and in a third of the cases for walks that use what every processor has.
+fn built_case(case: usize, g: Geometry) -> Geometry {
+    let mut g = built_with(BuildEffort::ALL[case / 3 % 2], g);
+    if case % 3 == 1 {
+        g.tree = g.tree.map(Tree::portable);
+        g.meshes.iter_mut().for_each(|m| m.tree = m.tree.take().map(Tree::portable));
+    }
+    g
+}
+
+/// From one point to another, often along axes; `None` where nothing is left of the direction.
+fn awkward_ray(case: usize, r: &mut StdRng) -> Option<Ray> {
+    let zeros = [0; 3].map(|_| r.random_range(0..if case % 3 == 2 { 40 } else { 4 }));
+    let origin = awkward_point(case, r);
+    let target = awkward_point(case, r);
+    let mut d = target - origin;
+    for k in 0..3 {
+        match zeros[k] {
+            0 => d[k] = 0.0,
+            1 => d[k] = -0.0,
+            _ => {}
+        }
+    }
+    if d == Vec3::ZERO {
+        return None;
+    }
+    Some(Ray { origin, direction: d, t_max: [f32::INFINITY, 1.0, 0.4][r.random_range(0..3)] })
+}
+
+/// Holds the closest hit, and whether anything is in the way, to what asking every primitive finds; returns the hit.
+fn expect_first_as_brute(case: usize, g: &Geometry, ray: &Ray, skip: [PrimitiveId; 2]) -> Option<Hit> {
+    let (a, b) = (g.closest(ray, skip[0]), brute(g, ray, &skip[..1]));
+    let key = |h: Hit| (h.t, h.primitive, h.barycentric);
+    assert_eq!(a.map(key), b.map(key), "case {case}, {ray:?}");
+    assert_eq!(g.occluded(ray, skip), brute(g, ray, &skip).is_some(), "case {case}, {ray:?}");
+    a
+}
+
+/// The same of everything on the way, front to back from the closest hit and at once; returns how much it is.
+fn expect_all_as_brute(case: usize, g: &Geometry, ray: &Ray, skip: PrimitiveId, closest: Option<Hit>) -> usize {
+    let orders = |hits: Vec<Hit>| hits.iter().map(Hit::order).collect::<Vec<_>>();
+    let all = orders(brute_all(g, ray, &[skip]));
+    let one_by_one: Vec<_> = std::iter::successors(closest, |hit| g.closest_after(ray, skip, hit)).collect();
+    let mut at_once = Vec::new();
+    let flow = g.crossings(ray, [skip, PrimitiveId::NONE], |hit| {
+        at_once.push(*hit);
+        ControlFlow::Continue(())
+    });
+    assert!(flow.is_continue());
+    at_once.sort_by(|a, b| a.order().partial_cmp(&b.order()).expect("no NaN"));
+    assert_eq!(orders(at_once), all, "case {case}, {ray:?}");
+    assert_eq!(orders(one_by_one), all, "case {case}, {ray:?}");
+    all.len()
 }
 
 #[test]
