@@ -4,6 +4,31 @@
 //! throughput T(p̄) and a geometry term G. Path tracing, light tracing and bidirectional path tracing are tables that
 //! say how often each strategy (s,t) samples such paths; [`path`] is the core that they share.
 //!
+//! # The core in ten minutes
+//!
+//! A pixel is an integral over paths of every length, I_j = ∫ F_j(p̄) dA(p̄), with the measurement contribution
+//! F_j = W_e T L_e h_j. A strategy (s,t) samples s vertices from a light and t from the camera, with the area density
+//! p_{s,t}(p̄). A table says that it does so n_{s,t} times, and multiple importance sampling weighs what it finds:
+//! I_j ≈ Σ w_{s,t} F_j / (n_{s,t} p_{s,t}).
+//!
+//! 1. **The definition.** [`path::Path`] holds vertices and computes [T](path::Path::throughput),
+//!    [G](path::Path::geometry_term), [F](path::Path::contribution) and [p_{s,t}](path::Path::pdf) from their formulas,
+//!    in f64, and stores nothing. The example below uses all four.
+//! 2. **What a vertex is.** [`scene::point::Point`] is a place on a surface, on the lens, on a light or at infinity,
+//!    and [`path::Vertex`] adds how it scatters. [`path::Edge`] has the cosines, the distance and V between two of
+//!    them.
+//! 3. **Densities have a measure.** [`sampling::PdfSolidAngle`] becomes [`sampling::PdfArea`] by one line,
+//!    [`to_area`](sampling::PdfSolidAngle::to_area): dω = cos θ/r² dA.
+//! 4. **The fast form.** [`path::Subpath`] is a random walk that keeps its throughput and both densities of each
+//!    vertex; [`path::JoinedPath`] joins two of them, and knows its contribution and its weight without another walk.
+//! 5. **The weight.** [`path::mis_weight`] is a sum over the other strategies of ratios of two arrays of densities.
+//! 6. **The table.** [`path::Techniques`] holds n_{s,t}. An integrator is a table with a weight rule:
+//!    [`integrator::Description`] has one of each kind, and [`integrator::Integrator`] evaluates any of them.
+//! 7. **The image.** [`render::Renderer::pass`] takes a sample for each pixel and deposits it in the [`film::Film`],
+//!    whose sums are exact, so that the image depends on neither the number of threads nor their order.
+//!
+//! `tests/transport/identity.rs` holds 1 and 4 together for every path that any integrator finds.
+//!
 //! # A path by hand
 //!
 //! ```
