@@ -134,7 +134,7 @@ fn kept(args: &RenderArgs, scene: &Scene) -> Result<Option<(String, PathClasses)
 /// Refuses options that the integrator has no use for: somebody expects something of them.
 fn refuse_needless(args: &RenderArgs) -> Result<(), Failure> {
     let kind = args.integrator;
-    if args.hemisphere.is_some() && kind.has(|x| x.s > 0) {
+    if args.hemisphere.is_some() && (!kind.has_strategies() || kind.has(|x| x.s > 0)) {
         return Err(Failure::usage(format!("--hemisphere says how -i path-hemisphere samples, and this is -i {kind}")));
     }
     let none = |what: &str| Err(Failure::usage(format!("-i {kind} {what}")));
