@@ -1,8 +1,11 @@
 //! Rendering: passes over the image, spread over threads, that bring integrator and film together.
 
+#[cfg(target_arch = "x86_64")]
+mod avx2;
 mod data;
 mod deposit;
 mod padded;
+mod portable;
 mod settings;
 mod statistics;
 
@@ -25,7 +28,7 @@ pub use self::{
     statistics::{Rays, Statistics},
 };
 use self::{
-    deposit::{LayerFilms, TaskSink, ToFilm},
+    deposit::{Destination, LayerFilms, TaskSink},
     padded::{PaddedImage, Pixel},
 };
 
@@ -185,65 +188,55 @@ impl<'a> Renderer<'a> {
 
     fn pass_of(&mut self, keep: Option<&Predicate<'_>>) {
         let half = Half::of_pass(self.passes.end);
-        self.run(|renderer| ToFilm { renderer, half, keep });
+        self.tasks(|tile, scratch| self.task(tile, scratch, Destination::Film { half, keep }));
         self.passes.end += 1;
     }
 
     /// A pass whose paths go to collectors of one's own instead of the film: `new` makes one for each task. They are
     /// returned in the order of tasks, which no number of threads changes.
     pub fn pass_into<C: Collector + Send>(&mut self, new: impl Fn() -> C + Sync) -> Vec<C> {
-        let collectors = self.run(|_| new());
+        let collectors = self.tasks(|tile, scratch| {
+            let mut collector = new();
+            self.task(tile, scratch, Destination::Collector(&mut collector));
+            collector
+        });
         self.passes.end += 1;
         collectors
     }
 
-    /// One pass, with a collector for each task.
-    fn run<'s, C: Collector + Send>(&'s self, new: impl Fn(&'s Self) -> C + Sync) -> Vec<C> {
-        match self.settings.sampler {
-            SamplerKind::Independent => self.run_by::<Independent, C>(new),
-            SamplerKind::Sobol => self.run_by::<Sobol, C>(new),
-        }
-    }
-
-    fn run_by<'s, S: Sampler, C: Collector + Send>(&'s self, new: impl Fn(&'s Self) -> C + Sync) -> Vec<C> {
+    /// One pass, with a task for each tile.
+    fn tasks<T: Send>(&self, task: impl Fn(u32, &mut Scratch) -> T + Sync) -> Vec<T> {
         PaddedImage(self.scene.camera.sensor())
             .tiles()
             .into_par_iter()
-            .map_init(
-                || self.integrator.scratch(),
-                |scratch, tile| {
-                    let mut sink = TaskSink {
-                        renderer: self,
-                        rays: Rays::default(),
-                        spared: 0,
-                        lost_to_sides: 0,
-                        collector: new(self),
-                    };
-                    let samples = match Instructions::detect() {
-                        Instructions::Portable => self.tile::<S>(tile, scratch, &mut sink),
-                        // SAFETY: a value of `Avx2` exists only where the processor has it.
-                        #[cfg(target_arch = "x86_64")]
-                        Instructions::Avx2(_) => unsafe { self.tile_avx2::<S>(tile, scratch, &mut sink) },
-                    };
-                    self.count(sink.rays, sink.spared);
-                    self.lost_to_sides.fetch_add(sink.lost_to_sides, Relaxed);
-                    self.samples.fetch_add(samples, Relaxed);
-                    sink.collector
-                },
-            )
+            .map_init(|| self.integrator.scratch(), |scratch, tile| task(tile, scratch))
             .collect()
     }
 
-    /// [`Self::tile`] for AVX2: all of the core that is inlined here, and not only the walks through the tree.
-    #[cfg(target_arch = "x86_64")]
-    #[target_feature(enable = "avx2,bmi1,bmi2,lzcnt,popcnt")]
-    fn tile_avx2<S: Sampler>(&self, tile: u32, scratch: &mut Scratch, sink: &mut impl Sink) -> u64 {
-        self.tile::<S>(tile, scratch, sink)
+    /// Brings one sample of each pixel of a tile to `destination`.
+    fn task<'s>(&'s self, tile: u32, scratch: &mut Scratch, destination: Destination<'s>) {
+        let mut sink = TaskSink { renderer: self, rays: Rays::default(), spared: 0, lost_to_sides: 0, destination };
+        let samples = match self.settings.sampler {
+            SamplerKind::Independent => self.tile_by::<Independent>(tile, scratch, &mut sink),
+            SamplerKind::Sobol => self.tile_by::<Sobol>(tile, scratch, &mut sink),
+        };
+        self.count(sink.rays, sink.spared);
+        self.lost_to_sides.fetch_add(sink.lost_to_sides, Relaxed);
+        self.samples.fetch_add(samples, Relaxed);
+    }
+
+    fn tile_by<S: Sampler>(&self, tile: u32, scratch: &mut Scratch, sink: &mut TaskSink) -> u64 {
+        match Instructions::detect() {
+            Instructions::Portable => self.tile_portable::<S>(tile, scratch, sink),
+            // SAFETY: a value of `Avx2` exists only where the processor has it.
+            #[cfg(target_arch = "x86_64")]
+            Instructions::Avx2(_) => unsafe { self.tile_avx2::<S>(tile, scratch, sink) },
+        }
     }
 
     /// One sample of each pixel of a tile, in the present pass. Returns the number of samples that this counts as.
     #[inline(always)]
-    fn tile<S: Sampler>(&self, tile: u32, scratch: &mut Scratch, sink: &mut impl Sink) -> u64 {
+    fn tile<S: Sampler>(&self, tile: u32, scratch: &mut Scratch, sink: &mut TaskSink) -> u64 {
         let rounds: &[Stages] =
             if self.integrator.shares_light_vertices() { &[Stages::Light, Stages::Camera] } else { &[Stages::Both] };
         let mut samples = 0;
@@ -259,7 +252,7 @@ impl<'a> Renderer<'a> {
     /// One sample of one pixel of the padded image, or a stage of it. Returns the number of samples that this counts
     /// as.
     #[inline(always)]
-    fn sample<S: Sampler>(&self, pixel: Pixel, stages: Stages, scratch: &mut Scratch, sink: &mut impl Sink) -> u64 {
+    fn sample<S: Sampler>(&self, pixel: Pixel, stages: Stages, scratch: &mut Scratch, sink: &mut TaskSink) -> u64 {
         let mut streams = self.streams::<S>(pixel);
         let samplers = &mut Samplers::of(&mut streams);
         let serves_crop = self.serves_crop(pixel);

@@ -247,9 +247,9 @@ impl<'a> Course<'a> {
 fn settings(scene: &Scene, plan: &Plan, kind: IntegratorKind, number: u64) -> Settings {
     Settings {
         integrator: kind,
-        max_depth: plan.max_depth.min(kind.longest_path()),
-        roulette: plan.roulette.unwrap_or(kind.roulette()),
-        sampler: kind.sampler(),
+        max_depth: plan.max_depth.min(kind.description().longest_path),
+        roulette: plan.roulette.unwrap_or(kind.description().roulette),
+        sampler: kind.description().sampler,
         seed: plan.seed.wrapping_add(number.wrapping_mul(0x9e37_79b9_7f4a_7c15)),
         ..Settings::new(scene.camera.sensor())
     }

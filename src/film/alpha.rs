@@ -11,11 +11,11 @@ use crate::{sampling::Filter, scene::camera::Raster};
 /// The exact sums behind an alpha channel. Threads share it.
 ///
 /// As with the film, integers make it the same for any number of threads and any order of the samples. They are
-/// rounded: weights lie between 0 and a few, so that a fixed quantum is as good as any.
+/// rounded: filter values lie between 0 and a few, so that a fixed quantum is as good as any.
 pub struct AlphaSums {
     crop: Crop,
     filter: Filter,
-    /// Filter weights of all camera samples, and of those by as much as they are covered.
+    /// Filter values of all camera samples, and of those by as much as they are covered.
     sums: Box<[[AtomicU64; 2]]>,
 }
 
@@ -37,13 +37,13 @@ impl AlphaSums {
     /// Adds a camera sample that is `covered` in [0, 1].
     #[inline]
     pub fn deposit(&self, raster: Raster, covered: f32) {
-        let (columns, weights_x) = reach(self.filter, raster.0.x, self.crop.x0, self.crop.x1);
-        let (rows, weights_y) = reach(self.filter, raster.0.y, self.crop.y0, self.crop.y1);
-        for (y, wy) in rows.zip(weights_y) {
+        let (columns, values_x) = reach(self.filter, raster.0.x, self.crop.x0, self.crop.x1);
+        let (rows, values_y) = reach(self.filter, raster.0.y, self.crop.y0, self.crop.y1);
+        for (y, wy) in rows.zip(values_y) {
             let row = y as usize * self.crop.width() as usize;
-            for (x, wx) in columns.clone().zip(weights_x) {
-                let weight = f64::from(wx * wy) * Self::PER_UNIT;
-                let quanta = [weight, weight * f64::from(covered)].map(|part| (part + 0.5) as u64);
+            for (x, wx) in columns.clone().zip(values_x) {
+                let value = f64::from(wx * wy) * Self::PER_UNIT;
+                let quanta = [value, value * f64::from(covered)].map(|part| (part + 0.5) as u64);
                 for (sum, quanta) in self.sums[row + x as usize].iter().zip(quanta) {
                     sum.fetch_add(quanta, Relaxed);
                 }
@@ -63,9 +63,9 @@ impl AlphaSums {
         self.sums[pixel][channel].fetch_add(sum, Relaxed);
     }
 
-    /// Alpha, pixel by pixel in the crop, row after row: the covered part of the filter's weight, in [0, 1].
+    /// Alpha, pixel by pixel in the crop, row after row: the covered part of the filter's values, in [0, 1].
     ///
-    /// This is the one place where weights are divided by their sum. Light is not (a splat has no weight of its own to
+    /// This is the one place where filter values are divided by their sum. Light is not (a splat has none of its own to
     /// divide by), but alpha has only camera samples, and what is covered or empty throughout is exactly 1 or 0 so,
     /// however few they are. Without a sample it is 0.
     pub fn alpha(&self) -> Vec<f32> {

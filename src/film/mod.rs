@@ -175,12 +175,12 @@ impl Film {
         // The support reaches as many pixels to either side as the padding has; what lies outside the crop belongs to
         // another part of the image.
         let place = raster.0;
-        let (columns, weights_x) = reach(self.filter, place.x, self.crop.x0, self.crop.x1);
-        let (rows, weights_y) = reach(self.filter, place.y, self.crop.y0, self.crop.y1);
+        let (columns, values_x) = reach(self.filter, place.x, self.crop.x0, self.crop.x1);
+        let (rows, values_y) = reach(self.filter, place.y, self.crop.y0, self.crop.y1);
         let plane = &self.halves[half as usize];
-        for (y, wy) in rows.zip(weights_y) {
+        for (y, wy) in rows.zip(values_y) {
             let row = y as usize * self.crop.width() as usize;
-            for (x, wx) in columns.clone().zip(weights_x) {
+            for (x, wx) in columns.clone().zip(values_x) {
                 // No filter is above 1, so that this is as finite as `value`.
                 let overflows = plane.add(row + x as usize, (value * (wx * wy)).to_array());
                 if overflows > 0 {
@@ -291,18 +291,18 @@ impl Film {
 }
 
 /// The pixels of one axis that a sample at `x` reaches between `first` and `end`, counted from `first`, and the
-/// filter's weight at each (the array may be longer than the range).
+/// filter's value at each (the array may be longer than the range).
 #[inline]
 fn reach(filter: Filter, x: f32, first: u32, end: u32) -> (std::ops::Range<u32>, [f32; Filter::MAX_WIDTH]) {
     // Places far outside saturate, and stay outside.
     let (own, padding) = (x.floor() as i64, i64::from(filter.padding()));
     let from = (own - padding).clamp(i64::from(first), i64::from(end));
     let to = (own + padding + 1).clamp(i64::from(first), i64::from(end));
-    let mut weights = [0.0; Filter::MAX_WIDTH];
-    for (pixel, weight) in (from..to).zip(&mut weights) {
-        *weight = filter.weight_1d(x - (pixel as f32 + 0.5));
+    let mut values = [0.0; Filter::MAX_WIDTH];
+    for (pixel, value) in (from..to).zip(&mut values) {
+        *value = filter.value_1d(x - (pixel as f32 + 0.5));
     }
-    ((from as u32 - first)..(to as u32 - first), weights)
+    ((from as u32 - first)..(to as u32 - first), values)
 }
 
 #[cfg(test)]

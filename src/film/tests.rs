@@ -114,7 +114,7 @@ fn what_cannot_be_added_is_counted_and_left_out() {
 #[test]
 fn no_filter_makes_a_finite_deposit_infinite() {
     for filter in Filter::ALL {
-        assert!(filter.weight(0.0, 0.0) <= 1.0, "{filter}: Film::spread relies on it");
+        assert!(filter.value(0.0, 0.0) <= 1.0, "{filter}: Film::spread relies on it");
         let film = film(filter, None);
         film.deposit(Raster(Vec2::new(4.5, 3.5)), Rgb::new(f32::MAX, f32::MIN, 0.0), Half::Even);
         let pixel = film.image(1).get(4, 3);

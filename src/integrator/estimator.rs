@@ -1,4 +1,4 @@
-//! The estimator: one sample of a pixel by any table, in two halves.
+//! The estimator: one sample of a pixel by any table, in two stages.
 
 use glam::Vec2;
 

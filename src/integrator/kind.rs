@@ -7,8 +7,7 @@ use super::{
     description::{Description, Gap, Landing, LightSampling, Table},
 };
 use crate::{
-    path::{Heuristic, Roulette, Strategy, Techniques},
-    sampling::SamplerKind,
+    path::{Heuristic, Strategy, Techniques},
     scene::{
         camera::Sensor,
         light::{LightChoice, Lights},
@@ -47,26 +46,6 @@ impl IntegratorKind {
         self.description().name
     }
 
-    /// The class of paths that the integrator's table can sample at all, in a sentence.
-    pub fn coverage(self) -> &'static str {
-        self.description().coverage
-    }
-
-    /// The longest paths that it finds whatever is asked for, in edges.
-    pub fn longest_path(self) -> u32 {
-        self.description().longest_path
-    }
-
-    /// See [`Description::sampler`].
-    pub fn sampler(self) -> SamplerKind {
-        self.description().sampler
-    }
-
-    /// See [`Description::roulette`].
-    pub fn roulette(self) -> Roulette {
-        self.description().roulette
-    }
-
     /// How it chooses among these lights with the least noise in the same time.
     pub fn choice_among(self, lights: &Lights) -> LightChoice {
         match self.description().light_sampling {
@@ -97,7 +76,7 @@ impl IntegratorKind {
 
     /// Its table.
     pub(super) fn table(self, sensor: Sensor, max_depth: u32) -> Techniques {
-        let max_depth = max_depth.min(self.longest_path());
+        let max_depth = max_depth.min(self.description().longest_path);
         match self.description().table {
             Table::Strategies(multiplicity) => Techniques::new(sensor, max_depth, multiplicity),
             Table::Area => Techniques::by_area(sensor, max_depth),

@@ -103,6 +103,8 @@ pub(super) fn parse(
 
 /// gltf-json insists on `nodes` in every scene and on a `node` for every animation to move, glTF does not: an empty
 /// scene is a legal one, and extensions animate other things. (Animations are not played.)
+///
+/// It is read from text again, not from the value: the code that reads a document is large, and compiled once this way.
 fn repaired(json: &[u8]) -> Option<Root> {
     let mut value: Value = serde_json::from_slice(json).ok()?;
     for scene in value.get_mut("scenes").and_then(Value::as_array_mut).into_iter().flatten() {
@@ -114,7 +116,7 @@ fn repaired(json: &[u8]) -> Option<Root> {
             channels.retain(|channel| channel.pointer("/target").is_none_or(|target| target.get("node").is_some()));
         }
     }
-    serde_json::from_value(value).ok()
+    serde_json::from_slice(&serde_json::to_vec(&value).ok()?).ok()
 }
 
 fn json_error(error: &serde_json::Error, json: &[u8], file: &str) -> LoadError {

@@ -26,47 +26,49 @@ pub(super) struct LayerFilms<'a> {
 /// them.
 pub type Predicate<'a> = dyn Fn(&JoinedPath) -> bool + Sync + 'a;
 
-/// Brings the paths that are to be kept to the film, and to their layers.
-pub(super) struct ToFilm<'a> {
-    pub(super) renderer: &'a Renderer<'a>,
-    pub(super) half: Half,
-    /// All, where it is `None`.
-    pub(super) keep: Option<&'a Predicate<'a>>,
+/// Where the paths of one task go. Not a type parameter, for the same reason.
+pub(super) enum Destination<'a> {
+    /// The film, and the films of the layers.
+    Film {
+        half: Half,
+        /// The paths that go there; all, where it is `None`.
+        keep: Option<&'a Predicate<'a>>,
+    },
+    /// See [`Renderer::pass_into`].
+    Collector(&'a mut dyn Collector),
 }
 
-impl Collector for ToFilm<'_> {
-    #[inline(always)]
-    fn collect(&mut self, path: &JoinedPath, value: Rgb) {
-        if self.keep.is_none_or(|keep| keep(path)) {
-            self.renderer.film.deposit(path.raster(), value, self.half);
-            if let Some(LayerFilms { layers, films }) = &self.renderer.layers {
-                layers.deposit(self.renderer.scene, path, value, self.half, films);
-            }
-        }
-    }
-}
-
-/// Brings the paths of one task to their collector.
-pub(super) struct TaskSink<'a, C> {
+/// Brings the paths of one task to their destination, and counts.
+pub(super) struct TaskSink<'a> {
     pub(super) renderer: &'a Renderer<'a>,
     pub(super) rays: Rays,
     pub(super) spared: u64,
     pub(super) lost_to_sides: u64,
-    pub(super) collector: C,
+    pub(super) destination: Destination<'a>,
 }
 
-impl<C: Collector> Sink for TaskSink<'_, C> {
+impl Sink for TaskSink<'_> {
     #[inline(always)]
     fn deposit(&mut self, path: &JoinedPath, value: Rgb) {
-        let settings = self.renderer.settings;
-        if path.edges() < settings.min_depth || (self.renderer.alpha_sums.is_some() && path.shows_background()) {
+        let Renderer { scene, settings, film, layers, alpha_sums, .. } = self.renderer;
+        if path.edges() < settings.min_depth || (alpha_sums.is_some() && path.shows_background()) {
             return;
         }
         let value = match settings.clamp {
             Some(most) => value.min(Rgb::splat(most)),
             None => value,
         };
-        self.collector.collect(path, value);
+        match &mut self.destination {
+            Destination::Film { half, keep } => {
+                if keep.is_none_or(|keep| keep(path)) {
+                    film.deposit(path.raster(), value, *half);
+                    if let Some(LayerFilms { layers, films }) = layers {
+                        layers.deposit(scene, path, value, *half, films);
+                    }
+                }
+            }
+            Destination::Collector(collector) => collector.collect(path, value),
+        }
     }
 
     #[cold]

@@ -4,7 +4,7 @@ use std::{f32::consts::TAU, fmt, str::FromStr};
 
 /// A reconstruction filter h: non-negative, separable, and of integral 1 over the image, in 1/pixel².
 ///
-/// Since its integral is 1, nothing is ever divided by a sum of weights, and a splat of a light path weighs the same
+/// Since its integral is 1, nothing is ever divided by a sum of its values, and a splat of a light path weighs the same
 /// as a camera sample at the same place.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Filter {
@@ -46,13 +46,13 @@ impl Filter {
 
     /// h at a distance of (`dx`, `dy`) pixels from a pixel's centre.
     #[inline]
-    pub fn weight(self, dx: f32, dy: f32) -> f32 {
-        self.weight_1d(dx) * self.weight_1d(dy)
+    pub fn value(self, dx: f32, dy: f32) -> f32 {
+        self.value_1d(dx) * self.value_1d(dy)
     }
 
     /// The factor of h along one axis: h(x, y) = w(x) w(y), ∫w = 1.
     #[inline]
-    pub fn weight_1d(self, d: f32) -> f32 {
+    pub fn value_1d(self, d: f32) -> f32 {
         if d.abs() > self.radius() {
             return 0.0;
         }
@@ -106,12 +106,12 @@ mod tests {
             let step = 4.0 / n as f32;
             let mut sum = 0.0_f64;
             for i in 0..n {
-                let w = filter.weight_1d(-2.0 + (i as f32 + 0.5) * step);
+                let w = filter.value_1d(-2.0 + (i as f32 + 0.5) * step);
                 assert!(w >= 0.0);
                 sum += f64::from(w * step);
             }
             assert!((sum - 1.0).abs() < 1e-3, "{filter}: {sum}");
-            assert_eq!(filter.weight(filter.radius() + 1e-3, 0.0), 0.0);
+            assert_eq!(filter.value(filter.radius() + 1e-3, 0.0), 0.0);
             assert_eq!(filter.padding() as f32, (filter.radius() - 0.5).ceil());
             assert!(filter.padding() as usize * 2 < Filter::MAX_WIDTH);
         }

@@ -441,7 +441,7 @@ impl Scene {
         &self.materials[id.0 as usize]
     }
 
-    /// What the camera sees first. Estimated with one ray for each cell of a 64 × 64 grid; a surface with α < 1/2 is
+    /// What the camera sees first. Estimated with one ray for each of 64 × 64 places; a surface with α < 1/2 is
     /// looked through.
     pub fn first_sight(&self) -> FirstSight {
         const SIDE: u32 = 64;
@@ -449,8 +449,8 @@ impl Scene {
         let size = Vec2::new(sensor.width as f32, sensor.height as f32);
         let (mut specular, mut back_faces) = (0_u16, 0_u16);
         for i in 0..SIDE * SIDE {
-            let cell = Vec2::new((i % SIDE) as f32 + 0.5, (i / SIDE) as f32 + 0.5) / SIDE as f32;
-            let raster = Raster(cell * size);
+            let place = Vec2::new((i % SIDE) as f32 + 0.5, (i / SIDE) as f32 + 0.5) / SIDE as f32;
+            let raster = Raster(place * size);
             let lens = self.camera.sample_lens(raster, Vec2::splat(0.5));
             let w = self.camera.direction(&lens, raster);
             let seen = self.trace_from_camera(lens.ray_origin(w), w, lens.primitive, |alpha| alpha >= 0.5);

@@ -157,13 +157,13 @@ fn pass(setting: &Setting, renderer: &mut Renderer<'_>, films: &Films, found: &m
 
 /// The mean of a pass's image without the lights themselves.
 fn scattered(pass: &Pass) -> f64 {
-    let cells = pass.iter().filter(|(cell, _)| cell.class.is_scattered());
-    cells.map(|(_, regions)| regions[..3].iter().sum::<f64>()).sum()
+    let groups = pass.iter().filter(|(group, _)| group.class.is_scattered());
+    groups.map(|(_, regions)| regions[..3].iter().sum::<f64>()).sum()
 }
 
 /// The classes in which anything was found, in order.
 pub(super) fn classes(found: &[Found]) -> Vec<Class> {
     let seen =
-        |class: &Class| found.iter().flat_map(|f| f.passes.iter().flatten()).any(|(cell, _)| cell.class == *class);
+        |class: &Class| found.iter().flat_map(|f| f.passes.iter().flatten()).any(|(group, _)| group.class == *class);
     Class::ALL.into_iter().filter(seen).collect()
 }

@@ -112,8 +112,8 @@ pub struct Evidence<'a> {
     setting: &'a Setting,
     found: &'a [Found],
     classes: Vec<Class>,
-    /// The mean of the image in each cell, by the integrator that knows it best.
-    cells: Vec<(Group, [f64; 3])>,
+    /// The mean of the image in each group, by the integrator that knows it best.
+    groups: Vec<(Group, [f64; 3])>,
 }
 
 /// An estimate with the two kinds of its error apart.
@@ -131,19 +131,20 @@ impl Known {
 
 impl<'a> Evidence<'a> {
     pub(super) fn new(setting: &'a Setting, found: &'a [Found]) -> Self {
-        let mut this = Self { setting, found, classes: classes(found), cells: Vec::new() };
-        let mut cells: Vec<_> = found.iter().flat_map(|f| f.passes.iter().flatten()).map(|(cell, _)| *cell).collect();
-        cells.sort_unstable();
-        cells.dedup();
-        this.cells = cells.into_iter().map(|cell| (cell, this.best(cell))).collect();
+        let mut this = Self { setting, found, classes: classes(found), groups: Vec::new() };
+        let mut groups: Vec<_> =
+            found.iter().flat_map(|f| f.passes.iter().flatten()).map(|(group, _)| *group).collect();
+        groups.sort_unstable();
+        groups.dedup();
+        this.groups = groups.into_iter().map(|group| (group, this.best(group))).collect();
         this
     }
 
-    /// The mean of a cell, by the integrator with the smallest error.
-    fn best(&self, cell: Group) -> [f64; 3] {
+    /// The mean of a group, by the integrator with the smallest error.
+    fn best(&self, group: Group) -> [f64; 3] {
         let error = |e: &Estimate| e.error2()[..3].iter().sum::<f64>();
-        let all = (0..self.found.len()).filter(|i| cell.covering.holds(Covering::of(&[*i])));
-        let estimates = all.map(|i| self.known(i, Scope::Of(cell.class), |set| set == cell.covering, 1.0).estimate());
+        let all = (0..self.found.len()).filter(|i| group.covering.holds(Covering::of(&[*i])));
+        let estimates = all.map(|i| self.known(i, Scope::Of(group.class), |set| set == group.covering, 1.0).estimate());
         let best = estimates.min_by(|a, b| error(a).total_cmp(&error(b)));
         best.map_or([0.0; 3], |e| [0, 1, 2].map(|c| e.mean()[c]))
     }
@@ -154,8 +155,8 @@ impl<'a> Evidence<'a> {
         let found = &self.found[i];
         let replicates = found.passes.iter().map(|pass| {
             let mut sum = vec![0.0; REGIONS];
-            let cells = pass.iter().filter(|(cell, _)| scope.contains(cell.class) && wanted(cell.covering));
-            cells.for_each(|(_, part)| sum.iter_mut().zip(part).for_each(|(s, p)| *s += p));
+            let groups = pass.iter().filter(|(group, _)| scope.contains(group.class) && wanted(group.covering));
+            groups.for_each(|(_, part)| sum.iter_mut().zip(part).for_each(|(s, p)| *s += p));
             sum
         });
         let replicates = Estimate::new(&replicates.collect::<Vec<Regions>>());
@@ -188,16 +189,16 @@ impl<'a> Evidence<'a> {
         error2
     }
 
-    /// The mean of the cells for which `wanted` holds, in each channel.
+    /// The mean of the groups for which `wanted` holds, in each channel.
     pub(super) fn mean(&self, wanted: impl Fn(&Group) -> bool) -> [f64; 3] {
-        let cells = self.cells.iter().filter(|(cell, _)| wanted(cell));
-        cells.fold([0.0; 3], |sum, (_, mean)| [0, 1, 2].map(|c| sum[c] + mean[c]))
+        let groups = self.groups.iter().filter(|(group, _)| wanted(group));
+        groups.fold([0.0; 3], |sum, (_, mean)| [0, 1, 2].map(|c| sum[c] + mean[c]))
     }
 
     /// What fractions of the image are fractions of: the image without the lights themselves, if anything is left of
     /// it.
     pub(super) fn reference(&self, scope: Scope) -> [f64; 3] {
-        let scattered = self.mean(|cell| cell.class.is_scattered());
+        let scattered = self.mean(|group| group.class.is_scattered());
         let lights = matches!(scope, Scope::Of(class) if !class.is_scattered());
         if lights || scattered.iter().all(|x| *x == 0.0) { self.mean(|_| true) } else { scattered }
     }
@@ -214,7 +215,7 @@ impl<'a> Evidence<'a> {
         let pairs: Vec<_> = (0..n).flat_map(|i| (i + 1..n).map(move |j| (i, j))).collect();
         let compared = |(i, j): (usize, usize), scope: Scope| {
             let both = Covering::of(&[i, j]);
-            self.cells.iter().any(|(cell, _)| scope.contains(cell.class) && cell.covering.holds(both))
+            self.groups.iter().any(|(group, _)| scope.contains(group.class) && group.covering.holds(both))
         };
         let scopes = || [Scope::Scattered].into_iter().chain(self.classes.iter().map(|class| Scope::Of(*class)));
         let tests: Vec<_> = pairs
@@ -255,7 +256,7 @@ impl<'a> Evidence<'a> {
         let comparison = Comparison::at(level, &a, &b);
         let reference = self.reference(scope);
         let both = Covering::of(&[pair.0, pair.1]);
-        let light = self.mean(|cell| scope.contains(cell.class) && cell.covering.holds(both));
+        let light = self.mean(|group| scope.contains(group.class) && group.covering.holds(both));
         let largest = |part: [f64; 3], whole: [f64; 3]| {
             (0..3).filter(|c| whole[*c] > 0.0).map(|c| part[c] / whole[c]).fold(0.0, f64::max)
         };

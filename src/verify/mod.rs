@@ -272,7 +272,7 @@ fn conclude(
     Report {
         outcome,
         classes: conclusion.evidence.classes().iter().map(|class| conclusion.share(*class)).collect(),
-        lights: conclusion.part(|cell| !cell.class.is_scattered()),
+        lights: conclusion.part(|group| !group.class.is_scattered()),
         mean: conclusion.whole / 3.0,
         integrators: (0..found.len()).map(|i| conclusion.contestant(i)).collect(),
         rows,
@@ -293,7 +293,7 @@ struct Conclusion<'a> {
 }
 
 impl Conclusion<'_> {
-    /// The part of the image in these cells.
+    /// The part of the image in these groups.
     fn part(&self, wanted: impl Fn(&tally::Group) -> bool) -> f64 {
         if self.whole > 0.0 { self.evidence.mean(wanted).iter().sum::<f64>() / self.whole } else { 0.0 }
     }
@@ -306,7 +306,7 @@ impl Conclusion<'_> {
     fn contestant(&self, i: usize) -> Contestant {
         let own = Covering::of(&[i]);
         let missing = |class: Option<Class>| {
-            self.part(|cell| class.is_none_or(|class| cell.class == class) && !cell.covering.holds(own))
+            self.part(|group| class.is_none_or(|class| group.class == class) && !group.covering.holds(own))
         };
         let by_class = self.evidence.classes().iter().map(|class| (*class, missing(Some(*class))));
         let mut uncovered_classes: Vec<_> = by_class.filter(|(_, part)| *part > 0.0).collect();
@@ -326,8 +326,8 @@ impl Conclusion<'_> {
     fn share(&self, class: Class) -> ClassShare {
         ClassShare {
             class,
-            share: self.part(|cell| cell.class == class),
-            alone: self.part(|cell| cell.class == class && cell.covering.0.is_power_of_two()),
+            share: self.part(|group| group.class == class),
+            alone: self.part(|group| group.class == class && group.covering.0.is_power_of_two()),
         }
     }
 

@@ -42,7 +42,7 @@ pub struct Group {
     pub covering: Covering,
 }
 
-/// The sums of one pass: cells in order, with the means of their image.
+/// The sums of one pass: groups in order, with the means of their image.
 pub type Pass = Vec<(Group, Regions)>;
 
 /// What is the same for all passes: the image, the integrators and the unit of deposits' sizes.
@@ -100,7 +100,7 @@ pub(super) struct Tally<'a> {
     own: usize,
     films: &'a Films,
     half: Half,
-    cells: Pass,
+    groups: Pass,
     sizes: Option<Sizes>,
 }
 
@@ -114,7 +114,7 @@ pub(super) enum Look {
 impl<'a> Tally<'a> {
     pub(super) fn new(setting: &'a Setting, own: usize, films: &'a Films, half: Half, look: Look) -> Self {
         let sizes = (look == Look::Sizes).then(|| Sizes::new(setting.integrators.len()));
-        Self { setting, own, films, half, cells: Pass::new(), sizes }
+        Self { setting, own, films, half, groups: Pass::new(), sizes }
     }
 
     /// The sums of all tasks, as means of the image, and the sizes of the finds if they were looked at.
@@ -125,8 +125,8 @@ impl<'a> Tally<'a> {
         for tally in tallies {
             per_tile = tally.setting.per_tile();
             per_image = per_tile / (TILES * TILES) as f64;
-            for (cell, part) in tally.cells {
-                let sum = regions_of(&mut pass, cell);
+            for (group, part) in tally.groups {
+                let sum = regions_of(&mut pass, group);
                 sum.iter_mut().zip(part).for_each(|(s, p)| *s += p);
             }
             match (&mut sizes, tally.sizes) {
@@ -139,15 +139,15 @@ impl<'a> Tally<'a> {
             channels.iter_mut().for_each(|x| *x *= per_image);
             tiles.iter_mut().for_each(|x| *x *= per_tile);
         }
-        pass.sort_by_key(|(cell, _)| *cell);
+        pass.sort_by_key(|(group, _)| *group);
         (pass, sizes)
     }
 }
 
-/// The sums of `cell`; there are few cells, and the one that is looked for often is the last one's.
-fn regions_of(pass: &mut Pass, cell: Group) -> &mut Regions {
-    let place = pass.iter().position(|(known, _)| *known == cell).unwrap_or_else(|| {
-        pass.push((cell, vec![0.0; REGIONS]));
+/// The sums of `group`; there are few groups, and the one that is looked for often is the last one's.
+fn regions_of(pass: &mut Pass, group: Group) -> &mut Regions {
+    let place = pass.iter().position(|(known, _)| *known == group).unwrap_or_else(|| {
+        pass.push((group, vec![0.0; REGIONS]));
         pass.len() - 1
     });
     &mut pass[place].1
@@ -171,7 +171,7 @@ impl Collector for Tally<'_> {
 
         let tile = tile_of(x as usize, y as usize, sensor.width as usize, sensor.height as usize);
         let mass = f64::from(luminance(value));
-        let sums = regions_of(&mut self.cells, Group { class, covering });
+        let sums = regions_of(&mut self.groups, Group { class, covering });
         sums[tile] += mass;
         sums[..3].iter_mut().zip(value.to_array()).for_each(|(s, v)| *s += f64::from(v));
 

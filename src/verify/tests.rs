@@ -90,8 +90,8 @@ fn a_planted_bias_is_a_disagreement_where_it_is() {
         let settings: Vec<_> = (0..3).map(|i| settings(&scene, &plan, i, stage)).collect();
         let mut found: Vec<_> = kinds.iter().map(|kind| Found::new(*kind, 3)).collect();
         sample(&scene, &setting, &settings, &films, &mut found, plan.budget, &mut |_| ControlFlow::Continue(()));
-        let cells = found[1].passes.iter_mut().flatten().filter(|(cell, _)| cell.class == Class::Indirect);
-        cells.for_each(|(_, regions)| regions.iter_mut().for_each(|x| *x *= 1.0 + bias));
+        let groups = found[1].passes.iter_mut().flatten().filter(|(group, _)| group.class == Class::Indirect);
+        groups.for_each(|(_, regions)| regions.iter_mut().for_each(|x| *x *= 1.0 + bias));
         found
     };
     let differing = |found: &[Found]| {

@@ -4,6 +4,7 @@
 use std::{ops::RangeInclusive, time::Instant};
 
 use pathspace::{
+    film::Image,
     integrator::{Integrator, IntegratorKind},
     path::{Densities, JoinedPath},
     render::{Renderer, Settings},
@@ -11,48 +12,31 @@ use pathspace::{
     scene::Scene,
     statistics::{Comparison, Estimate, Regions, regions},
 };
+use rayon::prelude::*;
 
 use crate::{report, scenes};
 
 /// The bias of the whole image that every comparison must be able to see.
-const VISIBLE: f64 = 0.01;
-/// 0.68² + 0.68² < 1: see [`Refined`].
-const EVENLY: f64 = 0.68 * VISIBLE;
-
-/// How far the estimates are refined, as the bias that each could see against an exact one. Two of them together see
-/// less than [`VISIBLE`].
-#[derive(Clone, Copy)]
-enum Refined {
-    /// All by [`EVENLY`].
-    Evenly,
-    /// For caustics, where path tracing is the slow one and the others leave it most of the budget: 0.8² + 0.5² < 1.
-    PathLess,
-}
-
-impl Refined {
-    fn of(self, kind: IntegratorKind) -> f64 {
-        match (self, kind) {
-            // Cheap, and what it does not cover is still to be added.
-            (_, IntegratorKind::Light) => 0.005,
-            (Self::Evenly, _) => EVENLY,
-            (Self::PathLess, IntegratorKind::Path) => 0.008,
-            (Self::PathLess, _) => 0.005,
-        }
-    }
-}
+pub const VISIBLE: f64 = 0.01;
 
 /// The longest paths, in edges: caustics seen in mirrors and through glass, and some indirect light, are among them.
 pub const DEPTH: u32 = 6;
-/// Independent replicates of each estimate. More would not cost more samples, and make the variances more certain.
-const REPLICATES: u64 = 24;
+/// Independent replicates of each estimate. With more of them the same samples say more, because t has a lighter tail
+/// with more degrees of freedom, until the passes of each become too few for its sampler.
+const REPLICATES: u64 = 64;
+/// Passes of each replicate before the first look. A run that has found nothing by then is taken to be empty; if that
+/// is wrong, its comparison fails.
+const FIRST: u32 = 6;
 /// Where a scene's variance makes the visible bias unreachable, that is a failure and not a reason to go on forever.
-const MOST_SPP: u32 = 1 << 15;
+const MOST_PASSES: u32 = 1 << 14;
 
 /// One estimate of a scene, from replicates whose seeds follow a fixed rule.
 pub struct Run<'a> {
     pub name: String,
     keep: &'a (dyn Fn(&JoinedPath) -> bool + Sync),
     renderers: Vec<Renderer<'a>>,
+    replicates: Vec<Regions>,
+    seconds: f32,
 }
 
 impl<'a> Run<'a> {
@@ -62,102 +46,143 @@ impl<'a> Run<'a> {
         name: &str,
         keep: &'a (dyn Fn(&JoinedPath) -> bool + Sync),
     ) -> Self {
-        Self { name: name.to_owned(), keep, renderers: settings.iter().map(|s| Renderer::new(scene, s)).collect() }
+        let renderers = settings.iter().map(|s| Renderer::new(scene, s)).collect();
+        Self { name: name.to_owned(), keep, renderers, replicates: Vec::new(), seconds: 0.0 }
     }
 
-    /// Renders until the image's mean shows a bias of `refined` against an exact estimate.
-    pub fn converge(mut self, refined: f64) -> Self {
+    fn passes(&self) -> u32 {
+        self.renderers[0].passes()
+    }
+
+    /// Brings every replicate to `passes`.
+    fn advance(&mut self, passes: u32) {
         let start = Instant::now();
-        let mut spp = 8;
-        loop {
-            self.advance(spp);
-            let estimate = self.estimate();
-            let visible = Comparison::new(&estimate, &estimate.exact()).visible_bias;
-            if visible < refined || spp >= MOST_SPP {
-                break;
-            }
-            // The error falls as the square root; a little more saves a round, and too much more costs time.
-            spp = (f64::from(spp) * (1.1 * (visible / refined).powi(2)).clamp(1.3, 3.0)) as u32;
-        }
-        for renderer in &self.renderers {
-            assert!(renderer.statistics().rejected.is_empty(), "{}: {:?}", self.name, renderer.statistics().rejected);
-            assert!(renderer.film().errors().is_empty(), "{}: {:?}", self.name, renderer.film().errors());
-        }
-        println!("  {}: {} × {spp} spp in {:.1} s", self.name, self.renderers.len(), start.elapsed().as_secs_f32());
-        self
-    }
-
-    /// Brings every replicate to `spp` passes.
-    fn advance(&mut self, spp: u32) {
-        for renderer in &mut self.renderers {
-            while renderer.passes() < spp {
+        self.renderers.par_iter_mut().for_each(|renderer| {
+            while renderer.passes() < passes {
                 renderer.pass_where(&|path| (self.keep)(path));
             }
-        }
+        });
+        self.replicates = self.renderers.iter().map(|r| regions(&r.film().image(passes))).collect();
+        self.seconds += start.elapsed().as_secs_f32();
     }
 
-    fn replicates(&self) -> Vec<Regions> {
-        self.renderers.iter().map(|r| regions(&r.film().image(r.passes()))).collect()
+    /// What this run has cost so far, in rays, which do not depend on the machine.
+    fn rays(&self) -> f64 {
+        let of = |r: &Renderer| r.statistics().rays.total() as f64;
+        self.renderers.iter().map(of).sum()
     }
 
     /// What the replicates say together.
     pub fn estimate(&self) -> Estimate {
-        Estimate::new(&self.replicates())
+        Estimate::new(&self.replicates)
     }
 
     /// The mean image.
-    pub fn image(&self) -> pathspace::film::Image {
-        let images = self.renderers.iter().map(|r| r.film().image(r.passes()));
-        report::mean(images)
+    fn image(&self) -> Image {
+        report::mean(self.renderers.iter().map(|r| r.film().image(r.passes())))
+    }
+
+    fn assert_clean(&self) {
+        for renderer in &self.renderers {
+            assert!(renderer.statistics().rejected.is_empty(), "{}: {:?}", self.name, renderer.statistics().rejected);
+            assert!(renderer.film().errors().is_empty(), "{}: {:?}", self.name, renderer.film().errors());
+        }
+    }
+}
+
+/// Two sums of runs, by their indices, whose images must be the same.
+pub type Pair = [Vec<usize>; 2];
+
+/// Every pair of `count` runs.
+pub fn each_other(count: usize) -> Vec<Pair> {
+    (0..count).flat_map(|b| (0..b).map(move |a| [vec![a], vec![b]])).collect()
+}
+
+/// The first of `count` runs with each of the others.
+pub fn with_the_first(count: usize) -> Vec<Pair> {
+    (1..count).map(|b| [vec![0], vec![b]]).collect()
+}
+
+/// The estimate of a sum of runs.
+fn sum_of(runs: &[Run], side: &[usize]) -> Estimate {
+    let mut sums = runs[side[0]].replicates.clone();
+    for run in &side[1..] {
+        for (sum, further) in sums.iter_mut().zip(&runs[*run].replicates) {
+            sum.iter_mut().zip(further).for_each(|(x, y)| *x += y);
+        }
+    }
+    Estimate::new(&sums)
+}
+
+/// Compares the images of each of `pairs`, refined by [`converge`], and shows that a bias of `visible` would have been
+/// found.
+pub fn assert_agree(scene: &str, visible: f64, runs: &mut [Run], pairs: &[Pair]) {
+    converge(visible, runs, pairs);
+    for run in &*runs {
+        println!("  {}: {} × {} spp in {:.1} s", run.name, run.renderers.len(), run.passes(), run.seconds);
+    }
+    for pair in pairs {
+        assert_equal(scene, visible, runs, pair);
+    }
+}
+
+/// Renders until the comparison of each of `pairs` can see a bias of `visible`.
+///
+/// The rays go where they lower the error most, as Neyman allocates samples to strata: of the pair that sees least, the
+/// run whose squared error is largest for the rays that it had. A noisy integrator is compared with precise ones.
+pub fn converge(visible: f64, runs: &mut [Run], pairs: &[Pair]) {
+    // Below it, so that a pair that is refined further for another's sake stays there.
+    let aim = 0.98 * visible;
+    runs.iter_mut().for_each(|run| run.advance(FIRST));
+    loop {
+        let seen = |pair: &Pair| Comparison::new(&sum_of(runs, &pair[0]), &sum_of(runs, &pair[1])).visible_bias;
+        let (pair, seen) = (pairs.iter().map(|pair| (pair, seen(pair))))
+            .max_by(|a, b| a.1.total_cmp(&b.1))
+            .expect("something to compare");
+        if seen < aim {
+            break;
+        }
+        let error2 = |run: usize| runs[run].estimate().error2()[..3].iter().sum::<f64>();
+        let gain = |run: usize| error2(run) / runs[run].rays();
+        let all = || pair.iter().flatten().copied();
+        let noisiest = all().max_by(|a, b| gain(*a).total_cmp(&gain(*b))).expect("two sides");
+        let passes = runs[noisiest].passes();
+        if passes >= MOST_PASSES {
+            break;
+        }
+        // As many as would do if only this run went on, in steps, because the variances are estimates too.
+        let others = all().map(error2).sum::<f64>() - error2(noisiest);
+        let left = (error2(noisiest) + others) * (aim / seen).powi(2) - others;
+        let factor = if left > 0.0 { error2(noisiest) / left } else { f64::INFINITY };
+        runs[noisiest].advance((f64::from(passes) * factor.clamp(1.1, 1.5)).ceil() as u32);
+    }
+    runs.iter().for_each(Run::assert_clean);
+}
+
+/// Compares two sums of runs, and shows that a bias of `visible` in either would have been found.
+fn assert_equal(scene: &str, visible: f64, runs: &[Run], pair: &Pair) {
+    let name = |side: &[usize]| side.iter().map(|run| runs[*run].name.as_str()).collect::<Vec<_>>().join(" + ");
+    let [a, b] = [sum_of(runs, &pair[0]), sum_of(runs, &pair[1])];
+    let [a_name, b_name] = [name(&pair[0]), name(&pair[1])];
+    let comparison = Comparison::new(&a, &b);
+    println!("  {scene}: {a_name} = {b_name}? {comparison}");
+    if comparison.differs() {
+        let images: Vec<_> = pair.iter().flatten().map(|run| (runs[*run].name.clone(), runs[*run].image())).collect();
+        let folder = report::write(&format!("{scene}-{a_name}-{b_name}"), &images);
+        panic!("{scene}: {a_name} and {b_name} differ: {comparison}; images in {}", folder.display());
+    }
+    assert!(comparison.visible_bias < visible, "{scene}: {a_name} and {b_name} are too noisy to tell: {comparison}");
+    for bias in [visible, -visible] {
+        let planted = Comparison::new(&a.biased(bias), &b);
+        // A difference by chance may hide a planted bias of one sign in part; it cannot hide both.
+        let found = planted.differs() || Comparison::new(&a.biased(-bias), &b).differs();
+        assert!(found, "{scene}: a bias of {bias} in {a_name} went unnoticed: {planted}");
     }
 }
 
 pub fn settings(scene: &Scene, kind: IntegratorKind, salt: u64) -> Vec<Settings> {
     let base = Settings { integrator: kind, max_depth: DEPTH, ..Settings::new(scene.camera.sensor()) };
     (0..REPLICATES).map(|r| Settings { seed: 10_000 * (1 + salt) + 100 * kind as u64 + r, ..base.clone() }).collect()
-}
-
-/// Compares two estimates, and shows that a bias of 1 % in either would have been found.
-pub fn assert_agree(
-    scene: &str,
-    a: (&str, &Estimate),
-    b: (&str, &Estimate),
-    images: impl Fn() -> Vec<(String, pathspace::film::Image)>,
-) {
-    assert_agree_within(VISIBLE, scene, a, b, images);
-}
-
-/// The same with another bias than 1 %.
-fn assert_agree_within(
-    visible: f64,
-    scene: &str,
-    a: (&str, &Estimate),
-    b: (&str, &Estimate),
-    images: impl Fn() -> Vec<(String, pathspace::film::Image)>,
-) {
-    let comparison = Comparison::new(a.1, b.1);
-    println!("  {scene}: {} = {}? {comparison}", a.0, b.0);
-    if comparison.differs() {
-        let folder = report::write(&format!("{scene}-{}-{}", a.0, b.0), &images());
-        panic!("{scene}: {} and {} differ: {comparison}; images in {}", a.0, b.0, folder.display());
-    }
-    assert!(comparison.visible_bias < visible, "{scene}: {} and {} are too noisy to tell: {comparison}", a.0, b.0);
-    for bias in [visible, -visible] {
-        let planted = Comparison::new(&a.1.biased(bias), b.1);
-        // A difference by chance may hide a planted bias of one sign in part; it cannot hide both.
-        let found = planted.differs() || Comparison::new(&a.1.biased(-bias), b.1).differs();
-        assert!(found, "{scene}: a bias of {bias} in {} went unnoticed: {planted}", a.0);
-    }
-}
-
-/// Compares estimates pair by pair.
-fn assert_pairs_agree(visible: f64, scene: &str, runs: &[Run]) {
-    let images = || runs.iter().map(|r| (r.name.clone(), r.image())).collect::<Vec<_>>();
-    for (i, a) in runs.iter().enumerate() {
-        for b in &runs[i + 1..] {
-            assert_agree_within(visible, scene, (&a.name, &a.estimate()), (&b.name, &b.estimate()), images);
-        }
-    }
 }
 
 /// Compares the integrators `kinds` pair by pair, on the paths of these lengths that all of them cover.
@@ -190,60 +215,35 @@ pub fn where_all_cover_and(
     let tables: Vec<_> = kinds.iter().map(|kind| Integrator::new(*kind, sensor, DEPTH, roulette)).collect();
     let keep = |path: &JoinedPath| compared(path) && tables.iter().all(|table| table.covers(path));
     let settings: Vec<_> = kinds.iter().map(|kind| settings(scene, *kind, 0)).collect();
-    let runs: Vec<_> = (kinds.iter().zip(&settings))
-        .map(|(kind, settings)| Run::new(scene, settings, kind.name(), &keep).converge(EVENLY * visible / VISIBLE))
-        .collect();
-    assert_pairs_agree(visible, name, &runs);
+    let mut runs: Vec<_> =
+        kinds.iter().zip(&settings).map(|(kind, settings)| Run::new(scene, settings, kind.name(), &keep)).collect();
+    assert_agree(name, visible, &mut runs, &each_other(kinds.len()));
     println!("{name}: {:.0} s", start.elapsed().as_secs_f32());
 }
 
-/// Compares the integrators `kinds`, the last of them bdpt, pair by pair; then light tracing, completed by what it does
-/// not cover as the first of `kinds` finds it.
-fn compare(name: &str, scene: &Scene, kinds: &[IntegratorKind], refined: Refined, compared: Compared) {
+/// Compares the integrators `kinds`, the last of them bdpt, pair by pair; and light tracing, completed by the paths
+/// that it does not cover as the first of `kinds` finds them, with bdpt.
+pub fn agreement(name: &str, scene: &Scene, kinds: &[IntegratorKind], compared: Compared) {
     let start = Instant::now();
-    let everything = move |path: &JoinedPath| compared.contains(path);
-    let all_settings: Vec<_> = IntegratorKind::ALL.into_iter().map(|kind| settings(scene, kind, 0)).collect();
-    let run = |kind: IntegratorKind| {
-        Run::new(scene, &all_settings[kind as usize], kind.name(), &everything).converge(refined.of(kind))
-    };
-    let runs: Vec<_> = kinds.iter().copied().map(run).collect();
-    assert_pairs_agree(VISIBLE, name, &runs);
-
-    // light = all that it covers: adding the paths that it does not cover, found by path tracing, completes the image.
     let sensor = scene.camera.sensor();
     let table = Integrator::new(IntegratorKind::Light, sensor, DEPTH, Settings::new(sensor).roulette);
+    let everything = move |path: &JoinedPath| compared.contains(path);
     let uncovered = |path: &JoinedPath| compared.contains(path) && !table.covers(path);
+    let all_settings: Vec<_> =
+        kinds.iter().chain([&IntegratorKind::Light]).map(|kind| settings(scene, *kind, 0)).collect();
     let rest_settings = settings(scene, kinds[0], 1);
-    let light = run(IntegratorKind::Light);
-    let mut rest = Run::new(scene, &rest_settings, "paths that light does not cover", &uncovered);
-    // As precise as bdpt's own estimate leaves it to be.
-    let mut spp = LOOK_FOR_UNCOVERED;
-    let sum = loop {
-        rest.advance(spp);
-        let replicates = light.replicates().into_iter().zip(rest.replicates());
-        let sums: Vec<Regions> = replicates.map(|(l, r)| l.iter().zip(r).map(|(x, y)| x + y).collect()).collect();
-        let sum = Estimate::new(&sums);
-        let visible = Comparison::new(&sum, &sum.exact()).visible_bias;
-        if visible < 0.98 * (VISIBLE.powi(2) - refined.of(IntegratorKind::Bdpt).powi(2)).sqrt()
-            || spp >= MOST_SPP
-            || rest.estimate().image_mean() == 0.0
-        {
-            break sum;
-        }
-        spp = spp * 3 / 2;
-    };
-    let missing = rest.estimate().image_mean() / sum.image_mean();
+    let mut runs: Vec<_> = (all_settings.iter())
+        .map(|settings| Run::new(scene, settings, settings[0].integrator.name(), &everything))
+        .collect();
+    runs.push(Run::new(scene, &rest_settings, "uncovered", &uncovered));
+    let (bdpt, light, rest) = (kinds.len() - 1, kinds.len(), kinds.len() + 1);
+    let mut pairs = each_other(kinds.len());
+    pairs.push([vec![light, rest], vec![bdpt]]);
+    assert_agree(name, VISIBLE, &mut runs, &pairs);
+    let missing = runs[rest].estimate().image_mean() / sum_of(&runs, &[light, rest]).image_mean();
     println!("  {name}: light leaves {:.2} % of the image uncovered", 100.0 * missing);
-    let bdpt = &runs[runs.len() - 1];
-    assert_agree(name, ("light + uncovered", &sum), (&bdpt.name, &bdpt.estimate()), || {
-        vec![("light".into(), light.image()), ("uncovered".into(), rest.image()), ("bdpt".into(), bdpt.image())]
-    });
     println!("{name}: {:.0} s", start.elapsed().as_secs_f32());
 }
-
-/// Passes after which a scene where not one path was uncovered is taken to have none; if it has some after all, light
-/// and bdpt differ.
-const LOOK_FOR_UNCOVERED: u32 = 16;
 
 /// Which paths of a scene are compared.
 #[derive(Clone, Copy, PartialEq, Eq)]
@@ -265,41 +265,36 @@ impl Compared {
 
 pub const ALL: [IntegratorKind; 3] = [IntegratorKind::Path, IntegratorKind::Hybrid, IntegratorKind::Bdpt];
 
-/// [`compare`] in a scene where no integrator is much slower than the others.
-pub fn agreement(name: &str, scene: &Scene, kinds: &[IntegratorKind], compared: Compared) {
-    compare(name, scene, kinds, Refined::Evenly, compared);
-}
-
-fn committed(name: &str, refined: Refined, compared: Compared) {
-    compare(name, &scenes::load(name, scenes::square(32, Filter::Box)), &ALL, refined, compared);
+fn committed(name: &str, compared: Compared) {
+    agreement(name, &scenes::load(name, scenes::square(32, Filter::Box)), &ALL, compared);
 }
 
 #[test]
 fn in_the_cornell_box() {
-    committed("cornell-box", Refined::Evenly, Compared::All);
+    committed("cornell-box", Compared::All);
 }
 
 #[test]
 fn in_the_cornell_box_with_spheres() {
-    committed("cornell-spheres", Refined::PathLess, Compared::Scattered);
+    committed("cornell-spheres", Compared::Scattered);
 }
 
 #[test]
 fn in_veachs_room() {
-    committed("veach-room", Refined::Evenly, Compared::Scattered);
+    committed("veach-room", Compared::Scattered);
 }
 
 #[test]
 fn under_the_metal_ring() {
-    committed("caustic-ring", Refined::PathLess, Compared::Scattered);
+    committed("caustic-ring", Compared::Scattered);
 }
 
 #[test]
 fn under_the_glass_sphere() {
-    committed("caustic-sphere", Refined::PathLess, Compared::Scattered);
+    committed("caustic-sphere", Compared::Scattered);
 }
 
 #[test]
 fn in_the_furnace() {
-    committed("furnace", Refined::Evenly, Compared::All);
+    committed("furnace", Compared::All);
 }

@@ -19,7 +19,7 @@ use rayon::prelude::*;
 use statrs::distribution::{ContinuousCDF, StudentsT};
 
 use crate::{
-    agreement::Run,
+    agreement::{Run, converge, each_other},
     islands::{Around, Content, Lamp, View, islands},
     scenes,
     strategies::supports,
@@ -117,8 +117,7 @@ fn covers(table: &Integrator, path: &JoinedPath) -> bool {
 
 /// The longest paths, in edges.
 const DEPTH: u32 = 3;
-/// What each estimate is refined to, and what a comparison of two of them can see.
-const REFINED: f64 = 0.034;
+/// The bias that every comparison can see.
 const VISIBLE: f64 = 0.05;
 
 fn settings(scene: &Scene, filter: Filter, kind: IntegratorKind, sampler: SamplerKind, seed: u64) -> Vec<Settings> {
@@ -149,9 +148,10 @@ fn disagreement(number: usize, row: Row, most: f64) -> Option<String> {
         settings(&scene, filter, reference, SamplerKind::Independent, seed + 500),
     ];
     let name = format!("{kind} {sampler} {content:?} {view:?} {filter} {lamp:?}");
-    let a = Run::new(&scene, &settings[0], &name, &keep).converge(REFINED);
-    let b = Run::new(&scene, &settings[1], reference.name(), &keep).converge(REFINED);
-    let comparison = Comparison::new(&a.estimate(), &b.estimate());
+    let mut runs =
+        [Run::new(&scene, &settings[0], &name, &keep), Run::new(&scene, &settings[1], reference.name(), &keep)];
+    converge(VISIBLE, &mut runs, &each_other(2));
+    let comparison = Comparison::new(&runs[0].estimate(), &runs[1].estimate());
     let wrong = comparison.p < most || comparison.visible_bias > VISIBLE;
     wrong.then(|| format!("{name}: {comparison}"))
 }

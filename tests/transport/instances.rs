@@ -17,7 +17,7 @@ use pathspace::{
 };
 
 use crate::{
-    agreement::{ALL, Compared, Run, agreement, assert_agree, settings},
+    agreement::{ALL, Compared, Run, VISIBLE, agreement, assert_agree, each_other, settings},
     identity::assert_identity,
     scenes,
 };
@@ -114,9 +114,9 @@ fn instances_look_like_their_flattened_triangles() {
     // The edges of a lamp on the image would be most of the noise.
     let reflected = |path: &JoinedPath| path.edges() >= 2;
     let settings = [(&instanced, 0), (&flat, 7)].map(|(scene, salt)| settings(scene, IntegratorKind::Bdpt, salt));
-    let a = Run::new(&instanced, &settings[0], "instances", &reflected).converge(0.0065);
-    let b = Run::new(&flat, &settings[1], "flattened", &reflected).converge(0.0065);
-    assert_agree("instances", ("instances", &a.estimate()), ("flattened", &b.estimate()), || {
-        vec![("instances".into(), a.image()), ("flattened".into(), b.image())]
-    });
+    let mut runs = [
+        Run::new(&instanced, &settings[0], "instances", &reflected),
+        Run::new(&flat, &settings[1], "flattened", &reflected),
+    ];
+    assert_agree("instances", VISIBLE, &mut runs, &each_other(2));
 }

@@ -49,7 +49,7 @@ fn render(scene: &Scene, settings: &Settings, layers: &Layers) -> (Vec<ExactSum>
 fn those_of_a_partition_add_up_to_the_image() {
     for scene in [scenes::zoo(sensor()), scenes::open_zoo(sensor()), scenes::veiled(sensor())] {
         for kind in IntegratorKind::ALL {
-            let settings = settings(kind, kind.sampler());
+            let settings = settings(kind, kind.description().sampler);
             for set in LayerSet::ALL.into_iter().filter(|set| *set != LayerSet::Unweighted) {
                 let layers = layers(&[set], &[], &scene, &settings);
                 let (image, parts) = render(&scene, &settings, &layers);

@@ -12,6 +12,7 @@ mod coincident;
 mod covering;
 mod exactness;
 mod gallery;
+mod gaps;
 mod glass;
 mod identity;
 mod instances;

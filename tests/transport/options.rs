@@ -17,7 +17,7 @@ use pathspace::{
 };
 
 use crate::{
-    agreement::{Run, assert_agree, settings},
+    agreement::{Run, VISIBLE, assert_agree, settings, with_the_first},
     closed_forms::receiver::Receiver,
     identity, scenes,
 };
@@ -42,17 +42,8 @@ impl<'a> Variant<'a> {
 /// Compares each of the others with the first.
 fn assert_same_image(scene: &str, variants: &[Variant]) {
     let everything = |_: &JoinedPath| true;
-    let runs: Vec<_> = variants
-        .iter()
-        .map(|v| {
-            let run = Run::new(v.scene, &v.settings, v.name, &everything).converge(0.0068);
-            (v.name, run.estimate(), run.image())
-        })
-        .collect();
-    let images = || runs.iter().map(|(name, _, image)| ((*name).to_owned(), image.clone())).collect::<Vec<_>>();
-    for (name, estimate, _) in &runs[1..] {
-        assert_agree(scene, (runs[0].0, &runs[0].1), (name, estimate), images);
-    }
+    let mut runs: Vec<_> = variants.iter().map(|v| Run::new(v.scene, &v.settings, v.name, &everything)).collect();
+    assert_agree(scene, VISIBLE, &mut runs, &with_the_first(variants.len()));
 }
 
 /// A courtyard with a lamp, a point, a sun and a sky.

@@ -13,11 +13,10 @@ use pathspace::{
         geometry::Geometry,
         material::Material,
     },
-    statistics::Comparison,
 };
 
 use crate::{
-    agreement::{Run, settings},
+    agreement::{Run, assert_agree, settings, with_the_first},
     exactness::estimate,
     instances::{Copies, Part, place},
     scenes,
@@ -101,12 +100,6 @@ fn a_lamp_that_is_there_twice_shines_once() {
     // A lamp that shone twice would be 50 % off: 4 % is fine enough.
     let reflected = |path: &JoinedPath| (2..=3).contains(&path.edges());
     let settings = [Bdpt, Path, PathHemisphere, PathLight].map(|kind| (kind, settings(&scene, kind, 0)));
-    let runs = settings
-        .each_ref()
-        .map(|(kind, settings)| Run::new(&scene, settings, kind.name(), &reflected).converge(0.025).estimate());
-    for (other, (kind, _)) in runs.iter().zip(&settings).skip(1) {
-        let comparison = Comparison::new(&runs[0], other);
-        println!("doubled lamps: bdpt = {kind}? {comparison}");
-        assert!(!comparison.differs() && comparison.visible_bias < 0.04, "bdpt = {kind}? {comparison}");
-    }
+    let mut runs = settings.each_ref().map(|(kind, settings)| Run::new(&scene, settings, kind.name(), &reflected));
+    assert_agree("doubled lamps", 0.04, &mut runs, &with_the_first(4));
 }

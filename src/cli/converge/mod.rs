@@ -18,7 +18,7 @@ use crate::cli::{
     info,
     render::keep::this_command,
     shared::{
-        args::{PathArgs, SceneArgs, SizeArgs, VerbosityArgs},
+        args::{BudgetArgs, PathArgs, SceneArgs, SizeArgs, VerbosityArgs, check_distinct},
         camera,
         exit::{Exit, Failure},
         interrupt::Interrupt,
@@ -56,13 +56,8 @@ pub struct ConvergeArgs {
     )]
     integrators: Vec<IntegratorKind>,
 
-    /// Time of each integrator (30s, 5m, 2h) [default: 20s]
-    #[arg(long, value_name = "TIME", value_parser = values::duration)]
-    time: Option<Duration>,
-
-    /// Instead of a time, so many samples per pixel of each integrator
-    #[arg(long, value_name = "N", conflicts_with = "time", value_parser = clap::value_parser!(u32).range(2..=1 << 24))]
-    spp: Option<u32>,
+    #[command(flatten)]
+    budget: BudgetArgs,
 
     /// Measure errors against this image, .exr, instead of a long bdpt run
     #[arg(long, value_name = "R")]
@@ -86,7 +81,7 @@ pub struct ConvergeArgs {
 pub fn run(args: &ConvergeArgs) -> Result<Exit, Failure> {
     let terminal = Terminal::new(args.verbosity.verbosity());
     let interrupt = Interrupt::watch().map_err(|error| Failure::usage(format!("cannot watch for signals: {error}")))?;
-    check_integrators(&args.integrators)?;
+    check_distinct(&args.integrators)?;
     let title = args.scene.file.file_stem().unwrap_or("pathspace".as_ref()).to_string_lossy().into_owned();
     let files = files(args, &title)?;
     let pool = args.paths.thread_pool()?;
@@ -124,13 +119,6 @@ pub fn run(args: &ConvergeArgs) -> Result<Exit, Failure> {
     }
 }
 
-fn check_integrators(kinds: &[IntegratorKind]) -> Result<(), Failure> {
-    match (1..kinds.len()).find(|i| kinds[..*i].contains(&kinds[*i])) {
-        Some(twice) => Err(Failure::usage(format!("-i names {} twice", kinds[twice]))),
-        None => Ok(()),
-    }
-}
-
 /// The page, its JSON and its CSV: places that can be written.
 fn files(args: &ConvergeArgs, title: &str) -> Result<[PathBuf; 3], Failure> {
     let page = args.output.clone().unwrap_or_else(|| format!("{title}-converge.html").into());
@@ -162,7 +150,7 @@ fn check_sizes(args: &ConvergeArgs, given: Option<&Image>, sensor: Sensor) -> Re
 }
 
 fn plan(args: &ConvergeArgs) -> Plan {
-    let budget = args.spp.map_or(Budget::Time(args.time.unwrap_or(DEFAULT_TIME)), Budget::Passes);
+    let budget = args.budget.budget(DEFAULT_TIME);
     let longer = match budget {
         _ if args.reference.is_some() => budget,
         Budget::Time(time) => Budget::Time(time.saturating_mul(LONGER)),

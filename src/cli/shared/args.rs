@@ -1,12 +1,14 @@
 //! The options that commands share.
 
-use std::path::PathBuf;
+use std::{path::PathBuf, time::Duration};
 
 use pathspace::{
     film::Crop,
+    integrator::IntegratorKind,
     io::{Limits, LoadOptions, Outside, Required},
     path::Roulette,
     scene::{geometry::BuildEffort, light::LightChoice},
+    verify::Budget,
 };
 use rayon::{ThreadPool, ThreadPoolBuilder};
 
@@ -181,6 +183,34 @@ impl PathArgs {
         let threads = self.threads.map_or(0, usize::from);
         let pool = ThreadPoolBuilder::new().num_threads(threads).build();
         pool.map_err(|error| Failure::usage(format!("cannot start {threads} threads: {error}")))
+    }
+}
+
+/// How long several integrators are rendered for.
+#[derive(Debug, clap::Args)]
+pub struct BudgetArgs {
+    /// Time for verify to compare, or for converge to spend on each integrator (30s, 5m, 2h) [default: 60s, or 20s for
+    /// converge]
+    #[arg(long, value_name = "TIME", value_parser = values::duration)]
+    time: Option<Duration>,
+
+    /// Samples per pixel of each integrator, instead of a time: reproducible
+    #[arg(long, value_name = "N", conflicts_with = "time", value_parser = clap::value_parser!(u32).range(2..=1 << 24))]
+    spp: Option<u32>,
+}
+
+impl BudgetArgs {
+    /// What was asked for, or else `default`.
+    pub fn budget(&self, default: Duration) -> Budget {
+        self.spp.map_or(Budget::Time(self.time.unwrap_or(default)), Budget::Passes)
+    }
+}
+
+/// Refuses a list of integrators that names one twice.
+pub fn check_distinct(integrators: &[IntegratorKind]) -> Result<(), Failure> {
+    match (1..integrators.len()).find(|i| integrators[..*i].contains(&integrators[*i])) {
+        Some(twice) => Err(Failure::usage(format!("-i names {} twice", integrators[twice]))),
+        None => Ok(()),
     }
 }
 

@@ -85,37 +85,41 @@ fn one_of(kinds: impl Iterator<Item = IntegratorKind>) -> impl TypedValueParser<
     PossibleValuesParser::new(described).try_map(|name| name.parse::<IntegratorKind>())
 }
 
+/// One of `all`, by the name that `name` gives it.
+fn named<T: Copy + Send + Sync + 'static, const N: usize>(
+    all: [T; N],
+    name: fn(T) -> &'static str,
+) -> impl TypedValueParser<Value = T> {
+    PossibleValuesParser::new(all.map(name))
+        .try_map(move |given| all.into_iter().find(|value| name(*value) == given).ok_or("no such name"))
+}
+
 pub fn directions() -> impl TypedValueParser<Value = Directions> {
-    PossibleValuesParser::new(Directions::ALL.map(Directions::name))
-        .try_map(|name| Directions::ALL.into_iter().find(|rule| rule.name() == name).ok_or("no such rule"))
+    named(Directions::ALL, Directions::name)
 }
 
 pub fn lights() -> impl TypedValueParser<Value = LightChoice> {
-    PossibleValuesParser::new(LightChoice::ALL.map(LightChoice::name))
-        .try_map(|name| LightChoice::ALL.into_iter().find(|choice| choice.name() == name).ok_or("no such choice"))
+    named(LightChoice::ALL, LightChoice::name)
 }
 
 pub fn preset() -> impl TypedValueParser<Value = Preset> {
-    PossibleValuesParser::new(Preset::ALL.map(Preset::name))
-        .try_map(|name| Preset::ALL.into_iter().find(|preset| preset.name() == name).ok_or("no such preset"))
+    named(Preset::ALL, Preset::name)
 }
 
 pub fn effort() -> impl TypedValueParser<Value = BuildEffort> {
-    PossibleValuesParser::new(BuildEffort::ALL.map(BuildEffort::name))
-        .try_map(|name| BuildEffort::ALL.into_iter().find(|effort| effort.name() == name).ok_or("no such effort"))
+    named(BuildEffort::ALL, BuildEffort::name)
 }
 
 pub fn filter() -> impl TypedValueParser<Value = Filter> {
-    PossibleValuesParser::new(Filter::ALL.map(Filter::name)).try_map(|name| name.parse::<Filter>())
+    named(Filter::ALL, Filter::name)
 }
 
 pub fn sampler() -> impl TypedValueParser<Value = SamplerKind> {
-    PossibleValuesParser::new(SamplerKind::ALL.map(SamplerKind::name)).try_map(|name| name.parse::<SamplerKind>())
+    named(SamplerKind::ALL, SamplerKind::name)
 }
 
 pub fn progress() -> impl TypedValueParser<Value = Style> {
-    PossibleValuesParser::new(Style::ALL.map(Style::name))
-        .try_map(|name| Style::ALL.into_iter().find(|style| style.name() == name).ok_or("no such style"))
+    named(Style::ALL, Style::name)
 }
 
 /// `30s`, `1.5m`, `2h`, `500ms`; a bare number is seconds.

@@ -14,7 +14,7 @@ use pathspace::{
 };
 
 use crate::cli::shared::{
-    args::{PathArgs, SceneArgs, SizeArgs, VerbosityArgs},
+    args::{BudgetArgs, PathArgs, SceneArgs, SizeArgs, VerbosityArgs, check_distinct},
     camera,
     exit::{Exit, Failure},
     opened::Opened,
@@ -51,13 +51,8 @@ pub struct VerifyArgs {
     )]
     integrators: Vec<IntegratorKind>,
 
-    /// Compare for so long (30s, 5m, 2h) [default: 60s]
-    #[arg(long, value_name = "TIME", value_parser = values::duration)]
-    time: Option<Duration>,
-
-    /// Instead of a time, so many samples per pixel of each integrator: reproducible
-    #[arg(long, value_name = "N", conflicts_with = "time", value_parser = clap::value_parser!(u32).range(2..=1 << 24))]
-    spp: Option<u32>,
+    #[command(flatten)]
+    budget: BudgetArgs,
 
     /// The bias that has to be visible for the answer 'agree', as a part of the image's mean
     #[arg(
@@ -148,13 +143,11 @@ pub fn run(args: &VerifyArgs) -> Result<Exit, Failure> {
 
 fn plan(args: &VerifyArgs) -> Result<Plan, Failure> {
     let kinds = &args.integrators;
-    if let Some(twice) = (1..kinds.len()).find(|i| kinds[..*i].contains(&kinds[*i])) {
-        return Err(Failure::usage(format!("-i names {} twice", kinds[twice])));
-    }
+    check_distinct(kinds)?;
     if kinds.len() < 2 {
         return Err(Failure::usage("one integrator has nothing to be compared with: give -i two or more"));
     }
-    let budget = args.spp.map_or(Budget::Time(args.time.unwrap_or(DEFAULT_TIME)), Budget::Passes);
+    let budget = args.budget.budget(DEFAULT_TIME);
     Ok(Plan {
         integrators: kinds.clone(),
         max_depth: args.paths.max_depth,

@@ -43,7 +43,7 @@ impl Split {
     /// The split from the direction of cosine `cos`; a mirror's for α below the least rough one.
     #[inline]
     pub fn towards(cos: f32, alpha: f32) -> Self {
-        if alpha < SMOOTH_ALPHA { Self::new(0.0, fresnel::schlick_weight(cos)) } else { TABLES.split(cos, alpha) }
+        if alpha < SMOOTH_ALPHA { Self::new(0.0, fresnel::schlick_power(cos)) } else { TABLES.split(cos, alpha) }
     }
 
     /// The cosine-weighted mean over all directions.
@@ -186,7 +186,7 @@ impl Tables<'_> {
         let root = self.bilinear(at, SPLIT[0], u, v);
         let missing = root * root;
         let deviation = (2.0 * self.bilinear(DEVIATION + at, SPLIT[0], u, v) - 1.0) * DEVIATION_RANGE * roughness;
-        Split::new(missing, (1.0 - missing) * (fresnel::schlick_weight(cos) + deviation))
+        Split::new(missing, (1.0 - missing) * (fresnel::schlick_power(cos) + deviation))
     }
 
     #[inline(never)]

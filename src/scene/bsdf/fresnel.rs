@@ -56,16 +56,16 @@ pub(super) fn mean_dielectric(eta: f32) -> f32 {
 
 /// (1 − cos)⁵: how far Schlick's approximation has gone from F(0°) to F(90°).
 #[inline]
-pub(super) fn schlick_weight(cos: f32) -> f32 {
+pub(super) fn schlick_power(cos: f32) -> f32 {
     let x = (1.0 - cos).max(0.0);
     let x2 = x * x;
     x2 * x2 * x
 }
 
-/// Schlick's approximation (1994) between `f0` at normal and `f90` at grazing incidence, by its [`schlick_weight`].
+/// Schlick's approximation (1994) between `f0` at normal and `f90` at grazing incidence, by its [`schlick_power`].
 #[inline]
-pub(super) fn schlick(f0: Rgb, f90: Rgb, weight: f32) -> Rgb {
-    f0 + (f90 - f0) * weight
+pub(super) fn schlick(f0: Rgb, f90: Rgb, power: f32) -> Rgb {
+    f0 + (f90 - f0) * power
 }
 
 #[cfg(test)]

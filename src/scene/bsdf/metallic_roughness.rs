@@ -44,11 +44,11 @@ impl MetallicRoughness {
         Self::new(base_color, 1.0, alpha)
     }
 
-    /// Reflectance of both interfaces together, by Schlick's weight.
+    /// Reflectance of both interfaces together, by Schlick's power.
     #[inline]
-    fn reflectance(&self, weight: f32) -> Rgb {
-        let dielectric = fresnel::schlick(self.dielectric_f0, Rgb::splat(self.dielectric_f90), weight);
-        let metal = fresnel::schlick(self.base_color, Rgb::ONE, weight);
+    fn reflectance(&self, power: f32) -> Rgb {
+        let dielectric = fresnel::schlick(self.dielectric_f0, Rgb::splat(self.dielectric_f90), power);
+        let metal = fresnel::schlick(self.base_color, Rgb::ONE, power);
         dielectric * (1.0 - self.metallic) + metal * self.metallic
     }
 
@@ -145,7 +145,7 @@ impl MetallicRoughness {
             return (diffuse, Scatter::ZERO);
         }
         let facet = Ggx { alpha: self.alpha }.reflect(to_camera, to_light);
-        let reflectance = self.reflectance(fresnel::schlick_weight(facet.cos_camera));
+        let reflectance = self.reflectance(fresnel::schlick_power(facet.cos_camera));
         let mut specular = facet.scatter(reflectance, camera.ways.facet_probability(), light.ways.facet_probability());
         specular.f += hemisphere.multiple * product_lobe(camera.missing, light.missing, hemisphere.average.missing);
         (diffuse, specular)
@@ -163,7 +163,7 @@ impl MetallicRoughness {
                 Scatter::sum(diffuse, specular)
             }
             Lobe::Delta(0) if self.is_smooth() => {
-                let reflectance = self.reflectance(fresnel::schlick_weight(to_camera.z.abs()));
+                let reflectance = self.reflectance(fresnel::schlick_power(to_camera.z.abs()));
                 // Mirrored directions have the same cosine.
                 let p = self.ways(to_camera).facet_probability();
                 Scatter::delta(reflectance, to_light, p, p, 1.0)

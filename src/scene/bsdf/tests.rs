@@ -107,9 +107,9 @@ fn smooth_clear_glass_loses_nothing() {
             for _ in 0..200 {
                 let sample = bsdf.sample(known, transport, random.next_3d()).expect("nothing is absorbed");
                 let (mut to_camera, mut to_light) = transport.sides(known, sample.direction);
-                let weight = sample.scatter.f / sample.scatter.forward_reverse(transport).0.0;
-                let weight = power(bsdf, transport, (to_camera, to_light), f64::from(weight.r()));
-                assert!((weight - 1.0).abs() < 2e-5, "{case}: {weight}");
+                let estimate = sample.scatter.f / sample.scatter.forward_reverse(transport).0.0;
+                let estimate = power(bsdf, transport, (to_camera, to_light), f64::from(estimate.r()));
+                assert!((estimate - 1.0).abs() < 2e-5, "{case}: {estimate}");
                 if transport == Transport::Importance {
                     (to_camera, to_light) = (to_light, to_camera);
                 }

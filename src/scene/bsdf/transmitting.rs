@@ -78,7 +78,7 @@ impl Transmitting {
             return fresnel;
         }
         let Coat { f0, f90 } = self.coat;
-        self.transmission * fresnel + self.plastic_fraction() * (f0 + (f90 - f0) * fresnel::schlick_weight(cos))
+        self.transmission * fresnel + self.plastic_fraction() * (f0 + (f90 - f0) * fresnel::schlick_power(cos))
     }
 
     /// The probability of reflection rather than transmission at such a (micro)surface, the same from both ends of a

@@ -120,8 +120,8 @@ fn importance_over_density_counts_the_camera_subpaths_of_a_pass() {
             let lens = c.sample_lens(raster, lattice(i as u32, 200));
             let w = c.direction(&lens, raster);
             let cos = w.dot(c.forward);
-            let weight = c.we(&lens, w) * cos / (c.pdf(&lens, w).0 * c.pdf_lens().0);
-            assert!((weight / (44.0 * 34.0) - 1.0).abs() < 1e-5, "{weight}");
+            let area = c.we(&lens, w) * cos / (c.pdf(&lens, w).0 * c.pdf_lens().0);
+            assert!((area / (44.0 * 34.0) - 1.0).abs() < 1e-5, "{area}");
         }
     }
 }

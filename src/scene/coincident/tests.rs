@@ -346,6 +346,84 @@ fn many_coincident_surfaces_take_little_time() {
     assert!(scene.geometry().has_coincident() && start.elapsed().as_secs_f32() < 5.0, "{:?}", start.elapsed());
 }
 
+/// A floor with as many lamps on it as it may have boxes is hidden below them alone; with one more, everywhere. The
+/// lamps are the world's own or instances.
+#[test]
+fn with_too_many_boxes_a_triangle_counts_as_hidden_everywhere() {
+    let at = |x: f32, y: f32, size: f32| {
+        [(0.0, 0.0), (size, 0.0), (0.0, size)].map(|(dx, dy)| Vec3::new(x + dx, y + dy, 2.0))
+    };
+    for instanced in [false, true] {
+        let hidden = [64, 65].map(|lamps| {
+            let mut g = Geometry::default();
+            g.add_triangles(&at(-1.0, -1.0, 40.0), None, &[[0, 1, 2]], MaterialId(OPAQUE));
+            let mut lamp = Mesh::default();
+            lamp.add_triangles(&at(0.0, 0.0, 0.5), None, &[[0, 1, 2]], MaterialId(LAMP));
+            let mesh = g.add_mesh(lamp);
+            for (x, y) in (0..lamps).map(|i| ((i % 9) as f32, (i / 9) as f32)) {
+                if instanced {
+                    let there = glam::DAffine3::from_translation(DVec3::new(x.into(), y.into(), 0.0));
+                    g.add_instance(mesh, Placement::new(there).expect("usable"));
+                } else {
+                    g.add_triangles(&at(x, y, 0.5), None, &[[0, 1, 2]], MaterialId(LAMP));
+                }
+            }
+            let scene = scene_of(g);
+            let is_hidden = |p| scene.geometry().may_be_hidden_at(PrimitiveId::world(0), p);
+            [Vec3::new(3.1, 2.1, 2.0), Vec3::new(3.7, 2.7, 2.0)].map(is_hidden)
+        });
+        assert_eq!(hidden, [[true, false], [true, true]], "instances: {instanced}");
+    }
+}
+
+/// What there was no time to compare counts as hidden everywhere, and every ray still meets what it meets otherwise.
+#[test]
+fn what_is_not_compared_changes_no_hit() {
+    let square = |size: f32| [(-1., -1.), (1., -1.), (1., 1.), (-1., 1.)].map(|(x, y)| size * Vec3::new(x, y, 0.0));
+    let cards = |most: Option<u64>| {
+        let mut g = Geometry::default();
+        g.add_triangles(&square(1.5), None, &[[0, 1, 2], [0, 2, 3]], MaterialId(OPAQUE));
+        let [opaque, lamp, alone] = [OPAQUE, LAMP, LAMP].map(|material| {
+            let mut mesh = Mesh::default();
+            mesh.add_triangles(&square(1.0), None, &[[0, 1, 2], [0, 2, 3]], MaterialId(material));
+            g.add_mesh(mesh)
+        });
+        for (mesh, x, y, size) in [(opaque, 0.4, 0.3, 1.2), (lamp, 0.1, -0.2, 0.6), (alone, -0.9, 1.0, 0.4)] {
+            let size = DVec3::new(size, size, 1.0);
+            let there = glam::DAffine3::from_scale_rotation_translation(size, DQuat::IDENTITY, DVec3::new(x, y, 0.0));
+            g.add_instance(mesh, Placement::new(there).expect("usable"));
+        }
+        let mut scene = scene_of(g);
+        if let Some(most) = most {
+            let roles = scene.materials.iter().map(Material::role).collect();
+            scene.geometry.find_coincident_by(roles, most);
+        }
+        scene
+    };
+    let (whole, cut) = (cards(None), cards(Some(0)));
+    // It lies on the floor alone.
+    let alone = PrimitiveId::of(2, 0);
+    assert!(!whole.geometry().may_be_hidden(alone) && cut.geometry().may_be_hidden(alone));
+    let apart = Vec3::new(-1.4, -1.4, 0.0);
+    let [found, all] = [&whole, &cut].map(|scene| scene.geometry().may_be_hidden_at(PrimitiveId::world(0), apart));
+    assert!(!found && all);
+    let mut r = StdRng::seed_from_u64(17);
+    let mut met = [0; 2];
+    for _ in 0..2000 {
+        let mut number = |size: f32| size * (2.0 * r.random::<f32>() - 1.0);
+        let (from, to) = (Vec3::new(number(2.0), number(2.0), 2.0), Vec3::new(number(1.6), number(1.6), 0.0));
+        let [a, b] = [&whole, &cut].map(|scene| {
+            let direction = (to - from).normalize();
+            scene.trace(&Point::nowhere(from), direction).map(|q| (q.primitive, q.position, q.alpha, q.material))
+        });
+        assert_eq!(a, b, "from {from} to {to}");
+        if let Some((.., material)) = a {
+            met[usize::from(material == MaterialId(LAMP))] += 1;
+        }
+    }
+    assert!(met.iter().all(|n| *n > 300), "{met:?}");
+}
+
 /// The camera passes a single-sided back face, alone or with a copy that faces the same way, and none that shares its
 /// place with what it would see.
 #[test]

@@ -74,14 +74,14 @@ pub(super) fn by_kind_and_power(lights: &[(Family, f64)]) -> Discrete {
     let total: f64 = of_families.iter().sum();
     let families = of_families.iter().filter(|power| **power > 0.0).count() as f64;
     let emitting = lights.iter().filter(|(_, power)| *power > 0.0).count() as f64;
-    let weight = |&(family, power): &(Family, f64)| {
+    let relative = |&(family, power): &(Family, f64)| {
         if power <= 0.0 {
             return 0.0;
         }
         let by_family = power / (families * of_families[family as usize]);
         BY_POWER * power / total + (1.0 - BY_POWER - UNIFORM) * by_family + UNIFORM / emitting
     };
-    Discrete::new(&lights.iter().map(weight).collect::<Vec<_>>())
+    Discrete::new(&lights.iter().map(relative).collect::<Vec<_>>())
 }
 
 #[cfg(test)]

@@ -100,8 +100,8 @@ fn tally(
         };
         let sides = transport.sides(known, sample.direction);
         let (pdf, _) = sample.scatter.forward_reverse(transport);
-        let weight = power(bsdf, transport, sides, f64::from(luminance(sample.scatter.f)) / f64::from(pdf.0));
-        (sum, sum2) = (sum + weight, sum2 + weight * weight);
+        let estimate = power(bsdf, transport, sides, f64::from(luminance(sample.scatter.f)) / f64::from(pdf.0));
+        (sum, sum2) = (sum + estimate, sum2 + estimate * estimate);
         match sample.lobe {
             Lobe::Continuous => observed[bin(known, sample.direction)] += 1.0,
             Lobe::Delta(k) => {

@@ -33,6 +33,8 @@ struct Search<'a> {
     world: Vec<Found>,
     /// By mesh.
     meshes: Vec<Meshwide>,
+    /// After how many pairs the rest is not compared.
+    most: u64,
     /// How many pairs were compared of instances with the world.
     compared_with_world: u64,
     /// And among instances.
@@ -61,18 +63,24 @@ impl Geometry {
     /// # Panics
     /// Before [`Self::build`].
     pub fn find_coincident(&mut self, roles: Vec<Role>) {
+        self.find_coincident_by(roles, MOST_COMPARED);
+    }
+
+    /// The same with no more than about `most` pairs of each sort compared.
+    pub(in crate::scene) fn find_coincident_by(&mut self, roles: Vec<Role>, most: u64) {
         let Some(tree) = self.tree() else { return };
         let mut search = Search {
             roles: &roles,
             reach: self.reach(),
             world: overlaps_within(&self.world, tree, 0.0, &roles),
             meshes: (0..).zip(&self.meshes).map(|(number, m)| self.search_within(number, m, &roles)).collect(),
+            most,
             compared_with_world: 0,
             compared: 0,
         };
         (0..self.instance_count()).for_each(|number| self.search_around(number, &mut search));
         let Search { mut world, mut meshes, reach, compared_with_world, .. } = search;
-        if compared_with_world > MOST_COMPARED {
+        if compared_with_world > most {
             world = (0..self.world.len()).map(|index| (index, Some(EVERYWHERE))).collect();
         }
         meshes.iter_mut().filter(|m| m.is_cut_short).for_each(|m| m.sharing.fill(Sharing::Hidden));
@@ -140,7 +148,7 @@ impl Geometry {
 
     /// Notes what coincides of a triangle of the world and the triangles of an instance.
     fn compare_with_world(&self, index: u32, placed: &Placed<'_>, search: &mut Search<'_>) {
-        if search.compared_with_world > MOST_COMPARED {
+        if search.compared_with_world > search.most {
             search.meshes[placed.instance.mesh as usize].is_cut_short = true;
             return;
         }
@@ -160,7 +168,7 @@ impl Geometry {
 
     /// Notes what coincides of the triangles of two instances.
     fn compare_instances(&self, placed: &Placed<'_>, other: &Placed<'_>, search: &mut Search<'_>) {
-        if search.compared > MOST_COMPARED {
+        if search.compared > search.most {
             [placed, other].iter().for_each(|p| search.meshes[p.instance.mesh as usize].is_cut_short = true);
             return;
         }
