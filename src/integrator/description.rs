@@ -12,8 +12,8 @@ pub struct Description {
     pub name: &'static str,
     /// What it does, in a sentence.
     pub what: &'static str,
-    /// The paths that its table can sample at all, in a sentence. Path by path,
-    /// [`Integrator::covers`](super::Integrator::covers) answers, and for what a scene may lack, [`Gap`].
+    /// The paths that its table can sample at all, in a sentence for readers. Path by path,
+    /// [`Integrator::covers`](super::Integrator::covers) answers; warnings about black pixels follow from [`Gap`]s.
     pub coverage: &'static str,
     /// Its table.
     pub table: Table,
@@ -25,9 +25,11 @@ pub struct Description {
     /// The random numbers that give it the least noise in the same time. Where paths land anywhere on the image,
     /// nothing fills a pixel evenly.
     pub sampler: SamplerKind,
-    /// How it chooses among lights with the least noise in the same time.
+    /// How it chooses among lights with the least noise in the same time: `Suitable` if its table has the strategy
+    /// (1,2).
     pub light_sampling: LightSampling,
-    /// Where the paths of a pixel's sample land.
+    /// Where the paths of a pixel's sample land: `Anywhere` if its table has a strategy with t = 1, or is
+    /// [`Table::Area`].
     pub landing: Landing,
     /// The longest paths that it finds whatever is asked for, in edges.
     pub longest_path: u32,

@@ -16,7 +16,7 @@ use crate::{
     scene::{Scene, bsdf::Directions, camera::Sensor},
 };
 
-// An integrator is a file, with its page and its `DESCRIPTION`, and a line here.
+// An integrator is a file, with a comment that explains it and its `DESCRIPTION`, and a line here.
 kind::integrators! {
     Path: path,
     Light: light,

@@ -10,7 +10,7 @@
 //!
 //! The core has two faces. The **definition** ([`Path`]) is written straight from the formulas, in f64 and without
 //! caches. The **fast form** ([`Subpath`], [`JoinedPath`]) carries prefix products and densities that the random walks
-//! fill in. `tests/identity.rs` holds them together for every path that any integrator finds.
+//! fill in. `tests/transport/identity.rs` holds them together for every path that any integrator finds.
 
 mod absorption;
 mod class;

@@ -83,7 +83,10 @@ fn too_short_a_verification_says_how_long_would_be_enough() {
     let output = verify(&run, &["--time", "100ms", "-o", "out"]);
     assert_eq!(code(&output), 5, "{}", stdout(&output));
     let text = stdout(&output);
-    assert!(text.contains("undecided: in ") && text.contains("--time ") && text.contains("would be enough"), "{text}");
+    assert!(
+        text.contains("undecided: in ") && text.contains("--time ") && text.contains("should be about enough"),
+        "{text}"
+    );
     assert!(run.path("out/verify.json").exists());
     let output = verify(&run, &["--spp", "4", "-q"]);
     assert_eq!((code(&output), stdout(&output).as_str(), stderr(&output).as_str()), (5, "", ""));

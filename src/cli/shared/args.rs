@@ -189,8 +189,7 @@ impl PathArgs {
 /// How long several integrators are rendered for.
 #[derive(Debug, clap::Args)]
 pub struct BudgetArgs {
-    /// Time for verify to compare, or for converge to spend on each integrator (30s, 5m, 2h) [default: 60s, or 20s for
-    /// converge]
+    /// Time to spend (30s, 5m, 2h): in all for verify [default: 60s], on each integrator for converge [default: 20s]
     #[arg(long, value_name = "TIME", value_parser = values::duration)]
     time: Option<Duration>,
 

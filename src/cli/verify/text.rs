@@ -70,8 +70,7 @@ pub fn summary(job: &Job, report: &Report) -> Vec<String> {
     let alone: f64 = report.classes.iter().map(|class| class.alone).sum();
     if alone >= WORTH_SAYING {
         let all = percent(alone);
-        sentences
-            .push(format!("{all} of this image only one of the integrators covers: nothing vouches for that part"));
+        sentences.push(format!("only one of the integrators covers {all} of this image: that part was not checked"));
     }
     let faint = report.rows.iter().filter(|row| row.verdict == Verdict::Faint).map(|row| row.scope);
     if faint.max().is_some() {
@@ -127,7 +126,7 @@ fn doubt(job: &Job, report: &Report) -> Vec<String> {
         ),
     }];
     said.push(match needed(job, report).flatten() {
-        Some(needed) => format!("{needed} would be enough"),
+        Some(needed) => format!("{needed} should be about enough"),
         None => "no sensible time would be enough for all of them".to_owned(),
     });
     said.extend(advice(job, report));
@@ -148,7 +147,7 @@ fn advice(job: &Job, report: &Report) -> Option<String> {
     if let Some(out) = decided_without(report.integrators.len(), &doubts) {
         let names = out.iter().map(name).collect::<Vec<_>>().join(" and ");
         let are = if out.len() == 1 { "is" } else { "are" };
-        return Some(format!("{names} {are} too noisy here: without, -i {} agree already", others(&out)));
+        return Some(format!("{names} {are} too noisy here; the others agree already (-i {})", others(&out)));
     }
     // Nothing decides it now: leaving out the one that takes longest may still bring it within reach.
     let longest = |out: usize| longest(&doubts, |i| i != out);
@@ -156,7 +155,7 @@ fn advice(job: &Job, report: &Report) -> Option<String> {
     let out = (0..report.integrators.len()).min_by(|a, b| longest(*a).total_cmp(&longest(*b)))?;
     let needed =
         sensible(job, report, longest(out)).filter(|_| report.integrators.len() > 2 && 2.0 * longest(out) < all)?;
-    Some(format!("without {}, -i {} need {needed}", name(&out), others(&[out])))
+    Some(format!("without {}, the others need {needed} (-i {})", name(&out), others(&[out])))
 }
 
 /// What an open comparison says of its two integrators.

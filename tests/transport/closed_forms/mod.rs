@@ -32,7 +32,7 @@ use rayon::prelude::*;
 /// Below this p-value, after Šidák's correction, an estimate is wrong.
 const SIGNIFICANCE: f64 = 1e-4;
 /// Independent replicates of each estimate.
-const REPLICATES: u64 = 24;
+const REPLICATES: u64 = 64;
 /// Where a scene's variance makes the visible bias unreachable, that is a failure and not a reason to go on forever.
 const MOST_PASSES: u32 = 1 << 17;
 /// What f32 may make of a number that takes no chance: an image without variance need not be right to more digits.
@@ -118,7 +118,7 @@ fn converge(visible: f64, mut advance: impl FnMut(u32) -> Vec<Regions>) -> Outco
     // `Comparison` states the bias that shows at a level of 1e-3.
     let goal = 0.72 * visible;
     let start = Instant::now();
-    let mut passes = 4;
+    let mut passes = 2;
     loop {
         let replicates = advance(passes);
         let reached = visible_bias(&replicates);

@@ -63,7 +63,7 @@ pub fn assert_bins(
         let integrator = Integrator::new(kind, scene.camera.sensor(), depth, Roulette::FromDepth(3));
         let start = std::time::Instant::now();
         let mut sums = vec![vec![DVec3::ZERO; expected.len()]; REPLICATES as usize];
-        let (mut done, mut passes) = (0, 4);
+        let (mut done, mut passes) = (0, 2);
         let replicates = loop {
             sums.par_iter_mut().enumerate().for_each(|(r, sums)| {
                 let mut sink = Bins { bin, sums: std::mem::take(sums) };
