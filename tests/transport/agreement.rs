@@ -66,9 +66,10 @@ impl<'a> Run<'a> {
         self.seconds += start.elapsed().as_secs_f32();
     }
 
-    /// What this run has cost so far, in rays, which do not depend on the machine.
-    fn rays(&self) -> f64 {
-        let of = |r: &Renderer| r.statistics().rays.total() as f64;
+    /// What this run has cost so far, about, in rays: a measure that does not depend on the machine. A sample counts
+    /// too, because area sampling draws its vertices without one.
+    fn cost(&self) -> f64 {
+        let of = |r: &Renderer| r.statistics().rays.total() as f64 + 4.0 * r.statistics().samples as f64;
         self.renderers.iter().map(of).sum()
     }
 
@@ -128,8 +129,8 @@ pub fn assert_agree(scene: &str, visible: f64, runs: &mut [Run], pairs: &[Pair])
 
 /// Renders until the comparison of each of `pairs` can see a bias of `visible`.
 ///
-/// The rays go where they lower the error most, as Neyman allocates samples to strata: of the pair that sees least, the
-/// run whose squared error is largest for the rays that it had. A noisy integrator is compared with precise ones.
+/// Time goes where it lowers the error most, as Neyman allocates samples to strata: of the pair that sees least, to the
+/// run whose squared error is largest for what it has cost. A noisy integrator is compared with precise ones.
 pub fn converge(visible: f64, runs: &mut [Run], pairs: &[Pair]) {
     // Below it, so that a pair that is refined further for another's sake stays there.
     let aim = 0.98 * visible;
@@ -143,7 +144,7 @@ pub fn converge(visible: f64, runs: &mut [Run], pairs: &[Pair]) {
             break;
         }
         let error2 = |run: usize| runs[run].estimate().error2()[..3].iter().sum::<f64>();
-        let gain = |run: usize| error2(run) / runs[run].rays();
+        let gain = |run: usize| error2(run) / runs[run].cost();
         let all = || pair.iter().flatten().copied();
         let noisiest = all().max_by(|a, b| gain(*a).total_cmp(&gain(*b))).expect("two sides");
         let passes = runs[noisiest].passes();
