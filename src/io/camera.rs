@@ -11,7 +11,7 @@ use serde_json::Value;
 
 use super::{
     error::{Fault, quoted},
-    node::Placed,
+    placed::Placed,
 };
 use crate::scene::camera::{Camera, Sensor};
 

@@ -7,7 +7,7 @@ use glam::{DAffine3, DMat3, DVec3, Vec3};
 use gltf_json::{Node, Root, mesh::Semantic, validation::Checked};
 use serde_json::Value;
 
-use super::{Assembly, error::Fault, instancing, node::Placed, pose};
+use super::{Assembly, error::Fault, instancing, placed::Placed, pose};
 
 /// Metres: a file whose nodes are moved less far keeps the f32 numbers, which then know places to 15 µm.
 const NEAR: f32 = 256.0;

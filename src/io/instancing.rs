@@ -9,8 +9,9 @@ use super::{
     accessor::Accessors,
     error::Fault,
     limits::Limit,
-    mesh::{self, Part, World},
-    node::{Placed, is_near},
+    mesh,
+    part::{self, Part, World},
+    placed::{Placed, is_near},
     pose,
 };
 use crate::scene::{
@@ -108,7 +109,7 @@ impl Assembly<'_> {
                 self.counts.add(part, placed, self.limits.triangles)?;
                 let world = match &joints {
                     Some(joints) if !part.influences.is_empty() => pose::place(part, joints, placed)?,
-                    _ => mesh::place(part, &Placed { to_world, ..*placed })?,
+                    _ => part::place(part, &Placed { to_world, ..*placed })?,
                 };
                 let material = self.material(part.material, part.coloring());
                 self.add(&world, material);
@@ -173,7 +174,7 @@ impl Assembly<'_> {
     fn copy(&mut self, parts: &[Part], materials: &[MaterialId], placed: &Placed) -> Result<(), Fault> {
         for (part, &material) in parts.iter().zip(materials) {
             self.counts.add(part, placed, self.limits.triangles)?;
-            let world = mesh::place(part, placed)?;
+            let world = part::place(part, placed)?;
             self.add(&world, material);
         }
         Ok(())

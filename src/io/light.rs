@@ -9,7 +9,7 @@ use gltf_json::{
     validation::Checked,
 };
 
-use super::{Loaded, error::Fault, node::Placed};
+use super::{Loaded, error::Fault, placed::Placed};
 use crate::{
     math::{Rgb, luminance},
     scene::{

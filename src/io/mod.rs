@@ -54,6 +54,7 @@ mod error;
 mod extensions;
 mod far;
 mod image;
+mod influence;
 mod instancing;
 mod light;
 mod limits;
@@ -61,6 +62,8 @@ mod material;
 mod mesh;
 mod node;
 mod openexr;
+mod part;
+mod placed;
 mod pose;
 mod primaries;
 mod radiance;
@@ -100,8 +103,8 @@ use error::{Fault, one_line, quoted};
 use image::Images;
 use instancing::{Counts, Shown};
 use limits::Place;
-use mesh::Coloring;
-use node::{Placed, is_near};
+use part::Coloring;
+use placed::{Placed, is_near};
 
 /// A scene as its file describes it.
 #[derive(Clone, Debug)]

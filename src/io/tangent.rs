@@ -6,7 +6,7 @@ use std::{collections::HashMap, thread};
 use bevy_mikktspace::{Geometry, TangentSpace, generate_tangents};
 use glam::{Vec2, Vec3, Vec4};
 
-use super::mesh::Part;
+use super::{influence::extend, part::Part};
 use crate::scene::texture::Texture;
 
 /// The stack on which tangents are made, bytes. Systems give memory for what is used of it only.
@@ -122,11 +122,4 @@ fn split(part: &mut Part, corners: &[Vec4]) {
     extend(&mut part.attributes.colors, copied);
     part.influences.copy(copied);
     part.attributes.tangents = tangents.into_iter().map(Option::unwrap_or_default).collect();
-}
-
-/// Appends copies of the elements `copied` to a list that is not empty.
-pub(super) fn extend<T: Copy>(list: &mut Vec<T>, copied: &[u32]) {
-    if !list.is_empty() {
-        list.extend(copied.iter().map(|i| list[*i as usize]).collect::<Vec<_>>());
-    }
 }

@@ -24,8 +24,8 @@ use super::{
     error::LoadError,
     image::Images,
     limits::{LoadOptions, Place, Required},
-    material, mesh,
-    node::Placed,
+    material, mesh, part,
+    placed::Placed,
 };
 
 /// A triangle in the xy plane that faces +z, on one node, with its positions, normals and indices in one buffer.
@@ -79,7 +79,7 @@ fn load(document: &Value) -> Result<Loaded, LoadError> {
 }
 
 /// The document's first mesh, in world space by the first node.
-fn world(document: &Value) -> mesh::World {
+fn world(document: &Value) -> part::World {
     let LoadOptions { limits, outside, required, .. } = LoadOptions::default();
     let mut warnings = Vec::new();
     let root = document::parse(document.to_string().as_bytes(), required, "x", &mut warnings).unwrap();
@@ -90,11 +90,11 @@ fn world(document: &Value) -> mesh::World {
     let materials = material::all(&root, Images::new(&root, &buffers, place, &mut hash), &mut warnings).unwrap();
     let parts = mesh::read(&root, Accessors::new(&root, &buffers), &materials, 0, &[], &mut warnings).unwrap();
     let nodes = super::node::hierarchy(&root, &[], limits.depth, &mut warnings).unwrap();
-    mesh::place(&parts[0], nodes.last().unwrap()).unwrap()
+    part::place(&parts[0], nodes.last().unwrap()).unwrap()
 }
 
 /// N_g of the first triangle.
-fn facing(world: &mesh::World) -> Vec3 {
+fn facing(world: &part::World) -> Vec3 {
     let [a, b, c] = world.triangles[0].map(|i| world.positions[i as usize]);
     (b - a).cross(c - a).normalize()
 }

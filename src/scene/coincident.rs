@@ -8,42 +8,11 @@
 
 use std::ops::ControlFlow;
 
-use glam::Vec3;
-
 use super::{
     Scene,
     geometry::{Geometry, Hit, Plane, PrimitiveId, Rank, Ray},
-    material::Material,
     point::{Place, Point},
 };
-
-/// The part of the place that the coincident surfaces of a lower rank leave to `primitive`: the product of their 1 − α.
-#[inline(never)]
-pub(super) fn left_by_others(
-    geometry: &Geometry,
-    materials: &[Material],
-    primitive: PrimitiveId,
-    position: Vec3,
-) -> f32 {
-    let mut left = 1.0;
-    if !geometry.may_be_hidden_at(primitive, position) {
-        return left;
-    }
-    let rank = geometry.rank(primitive);
-    geometry.coincident_at(primitive, position, |hit| {
-        if geometry.rank(hit.primitive) < rank {
-            left *= 1.0 - alpha(geometry, materials, &hit);
-        }
-    });
-    left
-}
-
-/// α in [0, 1] of the material where a ray hits, whatever coincides there.
-#[inline]
-pub(super) fn alpha(geometry: &Geometry, materials: &[Material], hit: &Hit) -> f32 {
-    let material = &materials[geometry.material(hit.primitive).0 as usize];
-    material.alpha(|| geometry.attributes(hit.primitive, hit.barycentric))
-}
 
 /// What a ray meets one after the other where surfaces may coincide, front to back and in the order of ranks.
 pub(super) struct Meetings {

@@ -5,9 +5,8 @@ use glam::{Vec2, Vec3, Vec4};
 pub use super::geometry::MaterialId;
 use super::{
     bsdf::{Bsdf, Dielectric, Diffuse, MetallicRoughness, ThinDielectric},
-    geometry::{Interpolation, Precedence, Role, TangentFrame},
+    geometry::{Interpolation, Precedence, Role, TangentFrame, lifted},
     texture::Texture,
-    tilt::lifted,
 };
 use crate::math::Rgb;
 

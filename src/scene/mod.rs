@@ -1,11 +1,13 @@
 //! The scene: what is there. Geometry, materials, lights and the camera, with the two questions a path asks of
 //! them: what does this ray meet, and do these two points see each other.
 
+mod alpha;
 pub mod areas;
 pub mod bsdf;
 pub mod camera;
 mod coincident;
 pub mod geometry;
+mod id;
 pub mod light;
 mod light_index;
 pub mod material;
@@ -262,7 +264,7 @@ impl Scene {
     /// α in [0, 1] where a ray hits: [`Point::alpha`] of the point there if nothing coincides, without the rest of it.
     #[inline]
     pub fn alpha(&self, hit: &Hit) -> f32 {
-        coincident::alpha(&self.geometry, &self.materials, hit)
+        alpha::alpha(&self.geometry, &self.materials, hit)
     }
 
     /// V(a↔b) in [0, 1]: the product of 1 − α over what the segment between the two points crosses, so 0 or 1 where all

@@ -3,12 +3,11 @@
 use glam::{Vec2, Vec3};
 
 use super::{
+    alpha::left_by_others,
     bsdf::{Bsdf, Diffuse},
-    coincident::left_by_others,
     geometry::{Geometry, PrimitiveId, Surface, offset_origin},
-    light::LightId,
+    id::{LightId, MediumId},
     material::{Maps, Material, MaterialId},
-    media::MediumId,
 };
 use crate::math::Rgb;
 
@@ -34,7 +33,7 @@ pub struct Point {
     /// N_g, unit: of a triangle by its winding (the front face), of a sphere outward, of the lens the viewing
     /// direction.
     pub normal: Vec3,
-    /// N_s, unit, on the side of N_g and not lower than [`STEEPEST`](super::tilt::STEEPEST) over its horizon.
+    /// N_s, unit, on the side of N_g and not lower than [`STEEPEST`](super::geometry::STEEPEST) over its horizon.
     pub shading_normal: Vec3,
     /// A bound on the rounding error of each coordinate of `position`.
     pub error: f32,

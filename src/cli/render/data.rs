@@ -7,10 +7,7 @@ use pathspace::{
 };
 use std::ops::Index;
 
-use crate::cli::{
-    render::args::RenderArgs,
-    shared::{exit::Failure, pictures::Outputs},
-};
+use crate::cli::shared::{exit::Failure, pictures::Outputs, values::Shard};
 
 /// Data layers as channels of the .exr file.
 #[derive(Debug, clap::Args)]
@@ -45,20 +42,20 @@ const BYTES_PER_PIXEL: u64 = 600;
 
 impl DataArgs {
     /// Refuses what does not go together.
-    pub fn check(&self, args: &RenderArgs, outputs: &Outputs) -> Result<(), Failure> {
+    pub fn check(&self, shard: Option<Shard>, spp: Option<u32>, outputs: &Outputs) -> Result<(), Failure> {
         if self.data.is_empty() {
             return Ok(());
         }
         if !outputs.holds_layers() {
             return Err(Failure::usage("--data makes channels of an .exr file, and no output is one (-o OUT.exr)"));
         }
-        if args.part.shard.is_some() {
+        if shard.is_some() {
             return Err(Failure::usage(
                 "a shard holds no data channels: leave --data out, and render them with the whole image",
             ));
         }
         let halves = self.data.iter().any(|set| [DataSet::Halves, DataSet::Variance].contains(set));
-        if halves && args.spp == Some(1) {
+        if halves && spp == Some(1) {
             return Err(Failure::usage(
                 "one sample per pixel has no halves: choose --spp 2 or more, or leave them out",
             ));

@@ -90,7 +90,8 @@ pub fn run(args: &RenderArgs) -> Result<Exit, Failure> {
     let renderer = pool.install(|| Renderer::new(&scene, &settings));
     phases.end("build");
     let recorded = recorded(args, &job, &scene);
-    let layers = args.layers.choose(args, &scene, &renderer)?;
+    let layers =
+        args.layers.choose(&args.size, args.data.memory(renderer.film().crop().pixels()), &scene, &renderer)?;
     let renderer = if layers.is_empty() { renderer } else { renderer.with_layers(&layers) };
     let renderer = if kept.is_some() { renderer.keeping(&keep) } else { renderer };
     let mut renderer = match &args.part.resume {
@@ -182,7 +183,7 @@ fn check_places(args: &RenderArgs, outputs: &Outputs) -> Result<(), Failure> {
     Keeper::check(&args.part, outputs)?;
     stats::check(args.stats.as_ref(), outputs)?;
     args.layers.check(outputs)?;
-    args.data.check(args, outputs)
+    args.data.check(args.part.shard, args.spp, outputs)
 }
 
 /// The image's name in a viewer.

@@ -9,10 +9,7 @@ use pathspace::{
     scene::Scene,
 };
 
-use crate::cli::{
-    render::args::RenderArgs,
-    shared::{exit::Failure, pictures::Outputs},
-};
+use crate::cli::shared::{args::SizeArgs, exit::Failure, pictures::Outputs};
 
 /// Layers as channels of the .exr file.
 #[derive(Debug, clap::Args)]
@@ -56,15 +53,21 @@ impl LayerArgs {
         Ok(())
     }
 
-    /// The layers for this scene, if there is room for them.
-    pub fn choose(&self, args: &RenderArgs, scene: &Scene, renderer: &Renderer<'_>) -> Result<Layers, Failure> {
+    /// The layers for this scene, if there is room for them beside `data` bytes.
+    pub fn choose(
+        &self,
+        size: &SizeArgs,
+        data: u64,
+        scene: &Scene,
+        renderer: &Renderer<'_>,
+    ) -> Result<Layers, Failure> {
         let layers = Layers::new(&self.layers, &self.layer, scene, renderer.integrator()).map_err(|e| refuse(&e))?;
         let crop = renderer.film().crop();
         let (pixels, films) = (crop.pixels(), layers.len() as u64 + 1);
         // As without layers: the image, or a checkpoint as integers and as a file.
         let contents = Contents { layers: layers.names().map(str::to_owned).collect(), ..renderer.sums().contents() };
         let written = (films * BYTES_PER_PIXEL * pixels).max(2 * contents.bytes(pixels));
-        args.size.check_memory(films * Film::memory(pixels) + written + args.data.memory(pixels), crop)?;
+        size.check_memory(films * Film::memory(pixels) + written + data, crop)?;
         Ok(layers)
     }
 

@@ -34,7 +34,7 @@ fn a_mirrored_node_keeps_the_front_on_its_side() {
 
 #[test]
 fn normals_go_with_the_inverse_transpose() {
-    let part = mesh::Part {
+    let part = part::Part {
         positions: vec![Vec3::X, Vec3::Y, Vec3::Z],
         normals: Some(vec![Vec3::ONE.normalize(); 3]),
         triangles: vec![[0, 1, 2]],
@@ -48,7 +48,7 @@ fn normals_go_with_the_inverse_transpose() {
         DMat4::from_cols_array(&[1., 0., 0., 0., 0.9, 1., 0., 0., 0., -0.3, -2., 0., 5., 6., 7., 1.]),
     ];
     for matrix in matrices {
-        let w = mesh::place(&part, &placed(matrix)).unwrap();
+        let w = part::place(&part, &placed(matrix)).unwrap();
         assert!((w.normals.as_ref().unwrap()[0] - facing(&w)).length() < 1e-5, "{matrix}");
     }
 }

@@ -6,13 +6,12 @@ use glam::{DMat4, DQuat, DVec3, Vec2, Vec3, Vec4};
 use image::{DynamicImage, GrayAlphaImage, GrayImage, ImageFormat, RgbImage, RgbaImage};
 
 use super::*;
-use crate::io::{mesh::Part, pose::Influences, tangent};
+use crate::io::{influence::Influences, part::Part, tangent};
 use crate::math::Rgb;
 use crate::scene::{
-    geometry::{Attributes, Geometry, Mesh, Placement, PrimitiveId},
+    geometry::{Attributes, Geometry, Mesh, Placement, PrimitiveId, STEEPEST},
     material::{Material, MaterialId, VertexColors},
     texture::{Encoding, Filter, Image, Texels, Texture, Wrap},
-    tilt::STEEPEST,
 };
 
 pub(super) fn encoded(image: &DynamicImage, format: ImageFormat) -> Vec<u8> {
@@ -264,7 +263,7 @@ fn an_instance_has_the_axes_of_its_copy() {
             influences: Default::default(),
             material: 0,
         };
-        let world = mesh::place(&part, &placed(m)).unwrap();
+        let world = part::place(&part, &placed(m)).unwrap();
         let mut copied = Geometry::default();
         let normals = world.normals.as_deref();
         copied.add_triangles_with(&world.positions, normals, &world.attributes, &world.triangles, MaterialId(0));

@@ -12,12 +12,10 @@ use obvhs::{
 
 use super::{
     Bounds,
+    binary::{Binary, BinaryNode, MAX_LEAF},
     bvh::{MAX_DEPTH, Primitive, Tree},
     collapse::collapse,
 };
-
-/// The most primitives in a leaf: triangles, or others, but not both.
-pub(super) const MAX_LEAF: usize = 16;
 
 /// How much time building a tree may take. What a ray hits does not depend on it, nor does an image.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -57,21 +55,6 @@ pub(super) fn build(mut primitives: Vec<Primitive>, effort: BuildEffort) -> Tree
     let groups = group(&primitives);
     let shape = (groups.len() > 1).then(|| cluster(&groups, effort));
     collapse(&Draft::new(&primitives, &groups, shape).binary())
-}
-
-/// A binary tree: nodes, each before those below it, over primitives in the order of its leaves.
-pub(super) struct Binary {
-    pub primitives: Vec<Primitive>,
-    pub nodes: Vec<BinaryNode>,
-}
-
-/// A node of a [`Binary`] tree.
-pub(super) struct BinaryNode {
-    pub bounds: Bounds,
-    /// Its primitives.
-    pub range: Range<usize>,
-    /// `None` of a leaf: up to [`MAX_LEAF`] primitives that may share one.
-    pub children: Option<[usize; 2]>,
 }
 
 /// Primitives of a kind with the same box.

@@ -7,7 +7,7 @@
 
 use super::{
     Bounds,
-    build::{Binary, BinaryNode, MAX_LEAF},
+    binary::{Binary, BinaryNode, MAX_LEAF},
     bvh::{Below, Block, Child, Node, Primitive, Tree, WIDTH},
 };
 

@@ -8,9 +8,9 @@ use super::{
     Attributes, Bounds, Interpolation, MaterialId, Surface,
     bvh::{Primitive, Shape},
     coincident::{Role, Sharing},
+    horizon::lifted,
     triangle::Triangle,
 };
-use crate::scene::tilt::lifted;
 
 /// Triangles over shared vertices, each with a material, in a space of their own.
 #[derive(Clone, Debug, Default)]

@@ -9,10 +9,12 @@
 //! takes 256 bytes, 56 bytes in a leaf and its share of a node, whatever its mesh.
 
 mod attributes;
+mod binary;
 mod build;
 mod bvh;
 mod coincident;
 mod collapse;
+mod horizon;
 mod id;
 mod instance;
 mod mesh;
@@ -35,6 +37,7 @@ pub use self::{
     attributes::{Attributes, Interpolation, TangentFrame, UV_SETS, moved_tangent},
     build::BuildEffort,
     coincident::{Plane, Precedence, Rank, Role},
+    horizon::{STEEPEST, lifted},
     id::{MaterialId, MeshId, PrimitiveId},
     instance::Placement,
     mesh::Mesh,

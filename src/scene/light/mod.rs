@@ -31,9 +31,10 @@ pub use self::{
     choice::LightChoice,
     emission::EmissionMap,
     environment::{EnvironmentMap, NotARadiance},
-    source::{Light, LightId},
+    source::Light,
     spot::Spot,
 };
+pub use super::id::LightId;
 use super::{
     geometry::{Geometry, PrimitiveId},
     material::{EmissionSides, Material, MaterialId},

@@ -1,6 +1,6 @@
 //! What shines: a source of light by itself, and which sources the primitives of emissive materials are.
 
-use std::{collections::HashMap, num::NonZeroU32, sync::Arc};
+use std::{collections::HashMap, sync::Arc};
 
 use glam::Vec3;
 
@@ -14,31 +14,11 @@ use crate::{
     math::{Rgb, luminance},
     scene::{
         geometry::{Geometry, MeshId, PrimitiveId},
+        id::LightId,
         material::{EmissionSides, Material},
         point::{Place, Point},
     },
 };
-
-/// The index of a light: every triangle or sphere that emits is one, in every instance, and so is every point light,
-/// spot, sun and environment.
-///
-/// It is kept as the index's successor, so that a point's `Option<LightId>` takes four bytes.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct LightId(NonZeroU32);
-
-impl LightId {
-    /// The light of this index, below `u32::MAX`.
-    #[inline]
-    pub fn new(index: u32) -> Self {
-        Self(NonZeroU32::MIN.saturating_add(index))
-    }
-
-    /// Its place among [`Lights::all`](super::Lights::all).
-    #[inline]
-    pub fn index(self) -> usize {
-        self.0.get() as usize - 1
-    }
-}
 
 /// A source of light.
 #[derive(Clone, Debug)]

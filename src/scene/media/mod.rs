@@ -15,6 +15,7 @@ use glam::Vec3;
 
 use self::start::{Places, Start};
 pub use self::walk::Inside;
+pub use super::id::MediumId;
 use super::{
     bsdf::Bsdf,
     geometry::{Bounds, Form, Geometry, PrimitiveId, Ray, Shells},
@@ -22,33 +23,6 @@ use super::{
     material::{AlphaMode, Material, MaterialId},
 };
 use crate::math::Rgb;
-
-/// A medium: empty space, or a body, in the order of their priority.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
-pub struct MediumId(u8);
-
-impl MediumId {
-    /// Empty space.
-    pub const EMPTY: Self = Self(0);
-
-    /// The first of the bodies whose bits are set, or empty space.
-    #[inline]
-    fn first(bodies: u64) -> Self {
-        Self(if bodies == 0 { 0 } else { bodies.trailing_zeros() as u8 + 1 })
-    }
-
-    /// Where a body has its bit.
-    #[inline]
-    fn bit(self) -> usize {
-        usize::from(self.0) - 1
-    }
-
-    /// The bits of bodies with that of this one set, or not.
-    #[inline]
-    fn with(self, bits: u64, set: bool) -> u64 {
-        (bits & !(1 << self.bit())) | (u64::from(set) << self.bit())
-    }
-}
 
 /// The most bodies that walks keep track of.
 pub const MOST_BODIES: usize = 64;
