@@ -388,7 +388,7 @@ fn what_is_not_compared_changes_no_hit() {
             mesh.add_triangles(&square(1.0), None, &[[0, 1, 2], [0, 2, 3]], MaterialId(material));
             g.add_mesh(mesh)
         });
-        for (mesh, x, y, size) in [(opaque, 0.4, 0.3, 1.2), (lamp, 0.1, -0.2, 0.6), (alone, -0.9, 1.0, 0.4)] {
+        for (mesh, x, y, size) in [(opaque, 0.6, -0.2, 0.8), (lamp, 0.1, -0.2, 0.6), (alone, -0.9, 1.0, 0.4)] {
             let size = DVec3::new(size, size, 1.0);
             let there = glam::DAffine3::from_scale_rotation_translation(size, DQuat::IDENTITY, DVec3::new(x, y, 0.0));
             g.add_instance(mesh, Placement::new(there).expect("usable"));
