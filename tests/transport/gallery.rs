@@ -83,8 +83,8 @@ fn veachs_plates() {
 }
 
 /// The lecture's own estimators, and the one that draws every vertex by itself, in every scene that they cover. They
-/// are noisier, and a bias of 4 % is what each comparison sees; 8 % where they meet the plates' lamps by chance alone,
-/// in direct light. The smaller lamps there, of one power on down to a two-hundredth of the area, and all mirror images
+/// are noisier, and a bias of 4 % is what each comparison sees, or 2 % of `area`, whose rare large values would not be
+/// met otherwise; 5 % where they meet the plates' lamps by chance alone, in direct light. The smaller lamps there, of one power on down to a two-hundredth of the area, and all mirror images
 /// in the metal are too rare for `area`: it is compared on what the largest lamp lights on the gray walls.
 #[test]
 fn by_the_lectures_estimators() {
@@ -99,15 +99,16 @@ fn by_the_lectures_estimators() {
     ] {
         let scene = gallery(name);
         for kind in kinds {
-            where_all_cover_within(0.04, &format!("{name} by {kind}"), &scene, &[Bdpt, *kind], lengths.clone());
+            let visible = if *kind == Area { 0.02 } else { 0.04 };
+            where_all_cover_within(visible, &format!("{name} by {kind}"), &scene, &[Bdpt, *kind], lengths.clone());
         }
     }
     let plates = gallery("mis-plates");
-    where_all_cover_within(0.08, "mis-plates by chance", &plates, &[Bdpt, PathHemisphere], 2..=2);
+    where_all_cover_within(0.05, "mis-plates by chance", &plates, &[Bdpt, PathHemisphere], 2..=2);
     let largest_on_gray = |path: &JoinedPath| {
         path.edges() == 2 && path.event(1) == ScatterEvent::Diffuse && path.vertex(2).point.position.x > 2.5
     };
-    where_all_cover_and(0.08, "the largest lamp on gray", &plates, &[Bdpt, PathHemisphere, Area], &largest_on_gray);
+    where_all_cover_and(0.05, "the largest lamp on gray", &plates, &[Bdpt, PathHemisphere, Area], &largest_on_gray);
 }
 
 #[test]
