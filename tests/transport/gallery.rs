@@ -84,8 +84,9 @@ fn veachs_plates() {
 
 /// The lecture's own estimators, and the one that draws every vertex by itself, in every scene that they cover. They
 /// are noisier, and a bias of 4 % is what each comparison sees, or 2 % of `area`, whose rare large values would not be
-/// met otherwise; 5 % where they meet the plates' lamps by chance alone, in direct light. The smaller lamps there, of one power on down to a two-hundredth of the area, and all mirror images
-/// in the metal are too rare for `area`: it is compared on what the largest lamp lights on the gray walls.
+/// met otherwise; 5 % where they meet the plates' lamps by chance alone, in direct light. The smaller lamps there, of
+/// one power on down to a two-hundredth of the area, and all mirror images in the metal are too rare for `area`: it is
+/// compared on what the largest lamp lights on the gray walls.
 #[test]
 fn by_the_lectures_estimators() {
     use IntegratorKind::{Area, PathHemisphere, PathLight};
