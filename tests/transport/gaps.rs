@@ -33,7 +33,7 @@ fn is_of(gap: Gap, path: &JoinedPath) -> bool {
 }
 
 /// Paths of each gap that are looked at, at least.
-const ENOUGH: u32 = 50;
+const ENOUGH: u32 = 20;
 
 /// Of the paths of a gap that bdpt finds in a scene: how many an integrator covers, and how many there are.
 fn covered(scene: &Scene, kind: IntegratorKind, gap: Gap) -> (u32, u32) {
