@@ -83,9 +83,9 @@
 pub mod compare;
 pub mod converge;
 pub mod film;
-mod instructions;
 pub mod integrator;
 pub mod io;
+mod lanes;
 pub mod layers;
 pub mod math;
 pub mod path;

@@ -34,8 +34,8 @@ use self::{
 
 use crate::{
     film::{AlphaSums, Crop, Film, FixedPoint, Half, Sums},
-    instructions::Instructions,
     integrator::{Connects, Integrator, LightStage, Samplers, Scratch, Sink, Splats},
+    lanes::Instructions,
     layers::Layers,
     path::Technique,
     sampling::{Block, Independent, Sampler, SamplerKind, Sobol},
@@ -228,9 +228,9 @@ impl<'a> Renderer<'a> {
     fn tile_by<S: Sampler>(&self, tile: u32, scratch: &mut Scratch, sink: &mut TaskSink) -> u64 {
         match Instructions::detect() {
             Instructions::Portable => self.tile_portable::<S>(tile, scratch, sink),
-            // SAFETY: a value of `Avx2` exists only where the processor has it.
+            // SAFETY: a set of lanes exists only where the processor has it.
             #[cfg(target_arch = "x86_64")]
-            Instructions::Avx2(_) => unsafe { self.tile_avx2::<S>(tile, scratch, sink) },
+            Instructions::Avx2(_) | Instructions::Avx512(_) => unsafe { self.tile_avx2::<S>(tile, scratch, sink) },
         }
     }
 

@@ -1,5 +1,5 @@
-//! `cargo bench --bench rays`: rays per second against Embree's single-ray queries, on the same meshes and rays, by one
-//! thread.
+//! `cargo bench --bench rays`: rays per second, in batches and one by one, against Embree's single-ray queries, on the
+//! same meshes and rays, by one thread.
 //!
 //! `EMBREE_LIBRARY` names Embree 4's shared library; the wheel `embreex==4.4.0` holds one
 //! (`embreex.libs/libembree4*.so*`). Without it there is nothing to compare with, and only our own figures are printed.
@@ -11,50 +11,73 @@
 mod embree;
 mod meshes;
 
-use std::{hint::black_box, time::Instant};
+use std::{hint::black_box, rc::Rc, time::Instant};
 
 use embree::{Embree, HIGH_FAST, HIGH_ROBUST, MEDIUM_FAST, MEDIUM_ROBUST, Mode};
 use glam::{Vec3, vec3};
 use libloading::Library;
 use meshes::{Random, Soup};
 use pathspace::scene::{
-    geometry::{Geometry, PrimitiveId, Ray},
+    geometry::{Geometry, Hits, PrimitiveId, Ray, Rays},
     material::MaterialId,
 };
 
 const ROUNDS: usize = 5;
 const SIDE: u32 = 512;
 
+/// How many rays a batch has: as many as a wave of paths.
+const BATCH: usize = 2048;
+
 enum Engine {
-    Ours(Box<Geometry>),
+    Batches(Rc<Geometry>),
+    Single(Rc<Geometry>),
     Embree(Embree),
 }
 
 impl Engine {
-    fn ours(soup: &Soup) -> Self {
-        let mut geometry = Geometry::default();
-        geometry.add_triangles(&soup.positions, None, &soup.triangles, MaterialId(0));
-        geometry.build();
-        Self::Ours(Box::new(geometry))
-    }
-
-    fn distances(&self, rays: &[Ray]) -> Vec<Option<f32>> {
-        match self {
-            Self::Ours(g) => rays.iter().map(|r| g.closest(r, PrimitiveId::NONE).map(|h| h.t)).collect(),
-            Self::Embree(e) => rays.iter().map(|r| e.closest(r)).collect(),
-        }
-    }
-
-    /// How many of the rays hit something, by the query that `set` is for.
-    fn count(&self, set: &Set) -> usize {
+    /// How many of the rays hit something, by the query that `set` is for, and the seconds that this takes.
+    fn count(&self, set: &Set) -> (usize, f64) {
         let rays = set.rays.iter();
-        match (self, set.query) {
-            (Self::Ours(g), Query::Closest) => rays.filter(|r| g.closest(r, PrimitiveId::NONE).is_some()).count(),
-            (Self::Ours(g), Query::Any) => rays.filter(|r| g.obstacle(r, [PrimitiveId::NONE; 2]).is_some()).count(),
+        let start = Instant::now();
+        let hits = match (self, set.query) {
+            (Self::Batches(g), query) => return count_in_batches(g, query, &set.rays),
+            (Self::Single(g), Query::Closest) => rays.filter(|r| g.closest(r, PrimitiveId::NONE).is_some()).count(),
+            (Self::Single(g), Query::Any) => rays.filter(|r| g.obstacle(r, [PrimitiveId::NONE; 2]).is_some()).count(),
             (Self::Embree(e), Query::Closest) => rays.filter(|r| e.closest(r).is_some()).count(),
             (Self::Embree(e), Query::Any) => rays.filter(|r| e.occluded(r)).count(),
-        }
+        };
+        (black_box(hits), start.elapsed().as_secs_f64())
     }
+}
+
+fn built(soup: &Soup) -> Rc<Geometry> {
+    let mut geometry = Geometry::default();
+    geometry.add_triangles(&soup.positions, None, &soup.triangles, MaterialId(0));
+    geometry.build();
+    Rc::new(geometry)
+}
+
+/// That the rays already lie side by side, as one stage of a wave leaves them to the next, takes no time here.
+fn count_in_batches(geometry: &Geometry, query: Query, rays: &[Ray]) -> (usize, f64) {
+    let (mut batch, mut hits, mut found) = (Rays::default(), Hits::default(), Vec::new());
+    let (mut count, mut seconds) = (0, 0.0);
+    for rays in rays.chunks(BATCH) {
+        batch.clear();
+        batch.extend(rays, |_| [PrimitiveId::NONE; 2]);
+        let start = Instant::now();
+        count += match query {
+            Query::Closest => {
+                geometry.closest_of_each(&batch, &mut hits);
+                hits.iter().flatten().count()
+            }
+            Query::Any => {
+                geometry.obstacle_of_each(&batch, &mut found);
+                found.iter().filter(|found| **found).count()
+            }
+        };
+        seconds += start.elapsed().as_secs_f64();
+    }
+    (black_box(count), seconds)
 }
 
 #[derive(Clone, Copy)]
@@ -170,16 +193,16 @@ fn median(mut values: Vec<f64>) -> f64 {
 }
 
 fn compare(name: &str, soup: &Soup, library: Option<&'static Library>, modes: &[(&str, Mode)]) {
-    let ours = Engine::ours(soup);
-    let Engine::Ours(geometry) = &ours else { unreachable!("built just now") };
-    let sets = sets(geometry, soup);
-    let mut engines = vec![("ours", &ours)];
+    let geometry = built(soup);
+    let sets = sets(&geometry, soup);
+    let [batches, single] = [Engine::Batches(Rc::clone(&geometry)), Engine::Single(geometry)];
+    let mut engines = vec![("batches", &batches), ("one by one", &single)];
     let others: Vec<_> = library
         .map(|l| modes.iter().map(|&(name, mode)| (name, Engine::Embree(Embree::new(l, soup, mode)))).collect())
         .unwrap_or_default();
     engines.extend(others.iter().map(|(name, e)| (*name, e)));
     println!(
-        "\n{name}: {} triangles; Mrays/s, median of {ROUNDS} interleaved rounds (ours over it)",
+        "\n{name}: {} triangles; Mrays/s, median of {ROUNDS} interleaved rounds (batches over it)",
         soup.triangles.len()
     );
     let mut rows = vec![String::new(); engines.len()];
@@ -188,9 +211,9 @@ fn compare(name: &str, soup: &Soup, library: Option<&'static Library>, modes: &[
         let mut hits = vec![0; engines.len()];
         for _ in 0..ROUNDS {
             for (i, (_, engine)) in engines.iter().enumerate() {
-                let start = Instant::now();
-                hits[i] = black_box(engine.count(set));
-                seconds[i].push(start.elapsed().as_secs_f64());
+                let (count, time) = engine.count(set);
+                hits[i] = count;
+                seconds[i].push(time);
             }
         }
         let speeds: Vec<f64> = seconds.into_iter().map(|s| set.rays.len() as f64 * 1e-6 / median(s)).collect();
@@ -220,9 +243,12 @@ fn leaks(library: Option<&'static Library>) {
                 Ray { origin, direction: (target - origin).normalize(), t_max: f32::INFINITY }
             })
             .collect();
-        let count = |e: Engine| e.distances(&rays).iter().filter(|t| t.is_none()).count();
-        println!("\nsphere at {center}: leaks of {} rays", rays.len());
-        println!("  ours          {}", count(Engine::ours(&soup)));
+        let set = Set { name: "leaks", query: Query::Closest, rays };
+        let count = |e: Engine| set.rays.len() - e.count(&set).0;
+        println!("\nsphere at {center}: leaks of {} rays", set.rays.len());
+        let geometry = built(&soup);
+        println!("  batches       {}", count(Engine::Batches(Rc::clone(&geometry))));
+        println!("  one by one    {}", count(Engine::Single(geometry)));
         for (name, mode) in [("fast", MEDIUM_FAST), ("robust", MEDIUM_ROBUST)] {
             if let Some(l) = library {
                 println!("  Embree {name:6} {}", count(Engine::Embree(Embree::new(l, &soup, mode))));

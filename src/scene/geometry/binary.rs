@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use super::{Bounds, bvh::Primitive};
+use super::{Bounds, node::Primitive};
 
 /// The most primitives in a leaf: triangles, or others, but not both.
 pub(super) const MAX_LEAF: usize = 16;

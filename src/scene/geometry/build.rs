@@ -13,8 +13,9 @@ use obvhs::{
 use super::{
     Bounds,
     binary::{Binary, BinaryNode, MAX_LEAF},
-    bvh::{MAX_DEPTH, Primitive, Tree},
+    bvh::{MAX_DEPTH, Tree},
     collapse::collapse,
+    node::Primitive,
 };
 
 /// How much time building a tree may take. What a ray hits does not depend on it, nor does an image.

@@ -8,7 +8,8 @@
 use super::{
     Bounds,
     binary::{Binary, BinaryNode, MAX_LEAF},
-    bvh::{Below, Block, Child, Node, Primitive, Tree, WIDTH},
+    bvh::Tree,
+    node::{Below, Block, Child, Node, Primitive, WIDTH},
 };
 
 /// The time to test a block of triangles, in that of a node.

@@ -6,9 +6,9 @@ use glam::{Vec2, Vec3};
 
 use super::{
     Attributes, Bounds, Interpolation, MaterialId, Surface,
-    bvh::{Primitive, Shape},
     coincident::{Role, Sharing},
     horizon::lifted,
+    node::{Primitive, Shape},
     triangle::Triangle,
 };
 

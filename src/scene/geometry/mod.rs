@@ -18,12 +18,14 @@ mod horizon;
 mod id;
 mod instance;
 mod mesh;
+mod node;
 mod offset;
+mod packet;
 mod query;
 mod ray;
+mod rays;
 mod region;
 mod shells;
-mod simd;
 mod sphere;
 #[cfg(test)]
 mod tests;
@@ -43,12 +45,14 @@ pub use self::{
     mesh::Mesh,
     offset::offset_origin,
     ray::Ray,
+    rays::{Hits, Rays},
     shells::{Form, Shell, Shells},
 };
 use self::{
-    bvh::{Primitive, Shape, Tree},
+    bvh::Tree,
     coincident::Coincident,
     instance::Instance,
+    node::{Primitive, Shape},
     sphere::Sphere,
 };
 use crate::sampling::warp;

@@ -6,7 +6,9 @@ use glam::Vec2;
 
 use super::{
     Geometry, Hit, PrimitiveId, Ray,
-    bvh::{Found, LargestFirst, NearestFirst, Order, Primitive, Shape},
+    bvh::{Found, LargestFirst, NearestFirst, Order},
+    node::{Child, Primitive, Shape},
+    packet::Met,
     ray::Prepared,
 };
 
@@ -91,18 +93,64 @@ impl Geometry {
         mut accept: impl FnMut(Hit, f32) -> f32,
     ) {
         let Some(tree) = self.tree() else { return };
-        let prepared = Prepared::new(ray);
+        let ray_end = ray.t_max;
+        let ray = Prepared::new(ray);
         let skip_world = skip.map(|id| id.index_in(PrimitiveId::WORLD));
-        tree.walk::<O>(&prepared, ray.t_max, |found, limit| match found {
+        tree.walk::<O>(&ray, ray_end, |found, limit| {
+            self.offer::<O, N>(found, limit, &ray, &skip, &skip_world, &mut accept)
+        });
+    }
+
+    /// Brings what a walk through the world's tree has come upon to `accept`; returns the new limit.
+    #[inline(always)]
+    fn offer<O: Order, const N: usize>(
+        &self,
+        found: Found<'_>,
+        limit: f32,
+        ray: &Prepared,
+        skip: &[PrimitiveId; N],
+        skip_world: &[u32; N],
+        accept: &mut impl FnMut(Hit, f32) -> f32,
+    ) -> f32 {
+        match found {
             Found::Triangle { index, .. } if skip_world.contains(&index) => limit,
             Found::Triangle { index, t, barycentric } => {
                 accept(Hit { t, primitive: PrimitiveId::world(index), barycentric }, limit)
             }
             Found::Other(&Primitive { shape: Shape::Sphere(sphere), index }) => {
                 let hit = |t| Hit { t, primitive: PrimitiveId::world(index), barycentric: Vec2::ZERO };
-                sphere.intersect(&prepared).into_iter().flatten().fold(limit, |limit, t| accept(hit(t), limit))
+                sphere.intersect(ray).into_iter().flatten().fold(limit, |limit, t| accept(hit(t), limit))
             }
-            Found::Other(instance) => self.enter::<O, N>(instance.index, &prepared, &skip, limit, &mut accept),
+            Found::Other(instance) => self.enter::<O, N>(instance.index, ray, skip, limit, accept),
+        }
+    }
+
+    /// Brings what a ray of a packet meets in a subtree of the world's tree to its place in `met`: the closest, or
+    /// anything.
+    #[inline(always)]
+    pub(super) fn meet_below<O: Order>(
+        &self,
+        ray: &Prepared,
+        skip: &[PrimitiveId; 2],
+        below: Child,
+        k: usize,
+        met: &mut Met,
+    ) {
+        let Some(tree) = self.tree() else { return };
+        tree.walk_below::<O>(below, ray, met.limit[k], |found, limit| {
+            let skip_world = skip.map(|id| id.index_in(PrimitiveId::WORLD));
+            self.offer::<O, 2>(found, limit, ray, skip, &skip_world, &mut |hit, limit| {
+                if !met.improves(k, &hit) {
+                    return limit;
+                }
+                if O::NEAREST_FIRST {
+                    met.put(k, hit);
+                    hit.t
+                } else {
+                    met.any |= 1 << k;
+                    f32::NEG_INFINITY
+                }
+            })
         });
     }
 

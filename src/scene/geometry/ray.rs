@@ -2,7 +2,8 @@
 
 use glam::Vec3;
 
-use super::{Bounds, simd::Simd};
+use super::Bounds;
+use crate::lanes::{Float, Lanes};
 
 /// A half-line or segment: points `origin + t·direction`, 0 < t < `t_max`. The direction need not be of unit length.
 #[derive(Clone, Copy, Debug)]
@@ -40,12 +41,24 @@ pub(super) enum Axis {
     Z,
 }
 
+impl Axis {
+    /// The axes x, y, z of the sheared frame of a ray that goes along this one most.
+    #[inline(always)]
+    pub fn frame(depth: usize) -> [Self; 3] {
+        match depth {
+            0 => [Self::Y, Self::Z, Self::X],
+            1 => [Self::Z, Self::X, Self::Y],
+            _ => [Self::X, Self::Y, Self::Z],
+        }
+    }
+}
+
 /// A ray prepared for traversal.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Prepared {
     pub origin: Vec3,
     pub direction: Vec3,
-    inverse: Vec3,
+    pub inverse: Vec3,
     /// The axes x, y, z of the sheared frame: z is where the direction is largest.
     pub axes: [Axis; 3],
     /// The shear that turns the direction into +z: `x −= shear[0]·z`, `y −= shear[1]·z`.
@@ -59,47 +72,94 @@ pub(super) struct Interval {
     pub far: f32,
 }
 
-/// A ray ready to be clipped by eight boxes at once. Its functions are called from where the instructions are known to
-/// be there, and have no closures around them: those would be compiled without.
+/// Rays in lanes, for box and triangle tests: one ray in all of them, against as many boxes or triangles, or as many
+/// rays against one.
 #[derive(Clone, Copy)]
-pub(super) struct EightLines<F> {
-    origin: [F; 3],
-    inverse: [F; 3],
-    /// For each axis which planes the ray passes first: 0 for the lower ones, 1 for the upper ones.
-    pub first: [usize; 3],
+pub(super) struct Lines<L: Lanes> {
+    pub lanes: L,
+    pub origin: [L::F; 3],
+    pub inverse: [L::F; 3],
     /// The origin along [`Prepared::axes`].
-    start: [F; 3],
-    shear: [F; 2],
+    pub start: [L::F; 3],
+    pub shear: [L::F; 2],
 }
 
-impl<F: Copy> EightLines<F> {
-    /// [`Prepared::clip`] with the same roundings, of the boxes whose `planes` the ray passes first and last in each
-    /// axis: where the ray enters and leaves them, and a mask of those that it enters at `limit` or before.
+/// The edge functions of triangles in the sheared frame (see `Triangle::intersect`).
+pub(super) struct Edges<L: Lanes> {
+    /// Those of the second and the third corner, over `det` its barycentric coordinates.
+    pub v: L::F,
+    pub w: L::F,
+    pub det: L::F,
+    /// Where the line passes through the triangle.
+    pub met: L::M,
+}
+
+impl<L: Lanes> Lines<L> {
+    /// Where the lines pass two planes that stand across an axis.
     #[inline(always)]
-    pub fn clip<S: Simd<F = F>>(&self, simd: S, planes: [[F; 2]; 3], limit: f32) -> (F, F, u32) {
-        let [[x, x_far], [y, y_far], [z, z_far]] =
-            [self.slab(simd, planes[0], 0), self.slab(simd, planes[1], 1), self.slab(simd, planes[2], 2)];
-        let near = simd.max(simd.max(x, y), simd.max(z, simd.splat(0.0)));
-        let far = simd.min(simd.min(x_far, y_far), z_far);
-        let near = simd.mul(near, simd.splat(1.0 - SLACK));
-        let far = simd.mul(far, simd.splat(1.0 + SLACK));
-        (near, far, simd.le(near, simd.min(far, simd.splat(limit))))
+    pub fn slab(&self, [first, last]: [L::F; 2], axis: usize) -> [L::F; 2] {
+        [(first - self.origin[axis]) * self.inverse[axis], (last - self.origin[axis]) * self.inverse[axis]]
+    }
+
+    /// [`Prepared::clip`] with the same roundings, from where the lines enter and leave the slab of each axis.
+    #[inline(always)]
+    pub fn clip(&self, [[x, x_far], [y, y_far], [z, z_far]]: [[L::F; 2]; 3]) -> [L::F; 2] {
+        let near = x.max(y).max(z.max(self.lanes.splat(0.0)));
+        let far = x_far.min(y_far).min(z_far);
+        [near * (1.0 - SLACK), far * (1.0 + SLACK)]
     }
 
     /// Corners in the sheared frame, x and y, from their coordinates along [`Prepared::axes`].
     #[inline(always)]
-    pub fn sheared<S: Simd<F = F>>(&self, simd: S, [x, y, z]: [F; 3]) -> [F; 2] {
-        let z = simd.sub(z, self.start[2]);
-        let (dx, dy) = (simd.mul(self.shear[0], z), simd.mul(self.shear[1], z));
-        [simd.sub(simd.sub(x, self.start[0]), dx), simd.sub(simd.sub(y, self.start[1]), dy)]
+    pub fn sheared(&self, [x, y, z]: [L::F; 3]) -> [L::F; 2] {
+        let z = z - self.start[2];
+        [x - self.start[0] - self.shear[0] * z, y - self.start[1] - self.shear[1] * z]
     }
 
+    /// `Triangle::intersect`, with the same roundings, of triangles with these corners in the sheared frame.
     #[inline(always)]
-    fn slab<S: Simd<F = F>>(&self, simd: S, [first, last]: [F; 2], axis: usize) -> [F; 2] {
-        [
-            simd.mul(simd.sub(first, self.origin[axis]), self.inverse[axis]),
-            simd.mul(simd.sub(last, self.origin[axis]), self.inverse[axis]),
-        ]
+    pub fn edges(&self, [[ax, ay], [bx, by], [cx, cy]]: [[L::F; 2]; 3]) -> Edges<L> {
+        let u = cx * by - cy * bx;
+        let v = ax * cy - ay * cx;
+        let w = bx * ay - by * ax;
+        let (zero, infinity) = (self.lanes.splat(0.0), self.lanes.splat(f32::INFINITY));
+        let outside = u.min(v).min(w).lt(zero) & zero.lt(u.max(v).max(w));
+        let det = u + v + w;
+        Edges { v, w, det, met: !outside & zero.lt(det.abs()) & det.abs().lt(infinity) }
+    }
+}
+
+/// One ray in all lanes.
+#[derive(Clone, Copy)]
+pub(super) struct OneLine<'a, L: Lanes> {
+    pub ray: &'a Prepared,
+    pub lines: Lines<L>,
+    /// For each axis which planes the ray passes first: 0 for the lower ones, 1 for the upper ones.
+    pub first: [usize; 3],
+}
+
+impl<'a, L: Lanes> OneLine<'a, L> {
+    #[inline(always)]
+    pub fn new(lanes: L, ray: &'a Prepared) -> Self {
+        let (origin, [ix, iy, iz]) = (ray.origin.to_array(), ray.inverse.to_array());
+        let ([ox, oy, oz], [x, y, z]) = (origin, ray.axes);
+        let lines = Lines {
+            lanes,
+            origin: [lanes.splat(ox), lanes.splat(oy), lanes.splat(oz)],
+            inverse: [lanes.splat(ix), lanes.splat(iy), lanes.splat(iz)],
+            start: [lanes.splat(origin[x as usize]), lanes.splat(origin[y as usize]), lanes.splat(origin[z as usize])],
+            shear: [lanes.splat(ray.shear[0]), lanes.splat(ray.shear[1])],
+        };
+        Self { ray, lines, first: [usize::from(ix < 0.0), usize::from(iy < 0.0), usize::from(iz < 0.0)] }
+    }
+
+    /// Of boxes whose `planes` the ray passes first and last in each axis: where it enters and leaves them, and a mask
+    /// of those that it enters at `limit` or before.
+    #[inline(always)]
+    pub fn clip(&self, [x, y, z]: [[L::F; 2]; 3], limit: f32) -> ([L::F; 2], L::M) {
+        let lines = &self.lines;
+        let [near, far] = lines.clip([lines.slab(x, 0), lines.slab(y, 1), lines.slab(z, 2)]);
+        ([near, far], near.le(far.min(lines.lanes.splat(limit))))
     }
 }
 
@@ -107,11 +167,7 @@ impl Prepared {
     #[inline(always)]
     pub fn new(ray: &Ray) -> Self {
         let d = ray.direction;
-        let axes = match d.abs().max_position() {
-            0 => [Axis::Y, Axis::Z, Axis::X],
-            1 => [Axis::Z, Axis::X, Axis::Y],
-            _ => [Axis::X, Axis::Y, Axis::Z],
-        };
+        let axes = Axis::frame(d.abs().max_position());
         let components = d.to_array();
         let [x, y, z] = axes.map(|axis| components[axis as usize]);
         // An inverse that is finite even for ±0 keeps 0·∞ = NaN out of the box test.
@@ -125,22 +181,6 @@ impl Prepared {
     pub fn clip(&self, b: Bounds) -> Interval {
         let (s, t) = ((b.min - self.origin) * self.inverse, (b.max - self.origin) * self.inverse);
         Interval { near: s.min(t).max_element().max(0.0) * (1.0 - SLACK), far: s.max(t).min_element() * (1.0 + SLACK) }
-    }
-
-    /// For [`EightLines::clip`].
-    #[inline(always)]
-    pub fn lines<S: Simd>(&self, simd: S) -> EightLines<S::F> {
-        let (origin, [ix, iy, iz]) = (self.origin.to_array(), self.inverse.to_array());
-        let ([ox, oy, oz], [x, y, z]) = (origin, self.axes);
-        let along = |axis: Axis| origin[axis as usize];
-        let (x, y, z) = (along(x), along(y), along(z));
-        EightLines {
-            origin: [simd.splat(ox), simd.splat(oy), simd.splat(oz)],
-            inverse: [simd.splat(ix), simd.splat(iy), simd.splat(iz)],
-            first: [usize::from(ix < 0.0), usize::from(iy < 0.0), usize::from(iz < 0.0)],
-            start: [simd.splat(x), simd.splat(y), simd.splat(z)],
-            shear: [simd.splat(self.shear[0]), simd.splat(self.shear[1])],
-        }
     }
 }
 

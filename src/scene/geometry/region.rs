@@ -6,8 +6,8 @@ use glam::{DVec3, Vec3};
 
 use super::{
     Bounds,
-    bvh::{Below, Child, Shape, Tree, WIDTH},
-    simd::Lanes,
+    bvh::Tree,
+    node::{Below, Child, Row, Shape, WIDTH},
     triangle::Triangle,
 };
 
@@ -42,7 +42,7 @@ impl Region {
     }
 
     /// Which of eight boxes meet the region's.
-    fn boxes_met(&self, boxes: &[[Lanes; 2]; 3]) -> impl Iterator<Item = usize> {
+    fn boxes_met(&self, boxes: &[[Row; 2]; 3]) -> impl Iterator<Item = usize> {
         let mut apart = [0_u32; WIDTH];
         for (axis, [low, high]) in boxes.iter().enumerate() {
             let (min, max) = (self.bounds.min[axis], self.bounds.max[axis]);

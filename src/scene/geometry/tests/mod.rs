@@ -1,3 +1,4 @@
+mod batch;
 mod instance;
 mod offset;
 mod surface;
@@ -8,7 +9,8 @@ use glam::{DAffine3, DMat3, vec3};
 use rand::{RngExt, SeedableRng, rngs::StdRng};
 
 use super::{
-    bvh::{Below, Block, MAX_DEPTH, Node, WIDTH},
+    bvh::MAX_DEPTH,
+    node::{Below, Block, Node, WIDTH},
     ray::Prepared,
     *,
 };
