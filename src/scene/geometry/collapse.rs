@@ -5,11 +5,13 @@
 //! from the best ways of its halves (Wald, Benthin & Boulos 2008, *Getting Rid of Packets*; Ylitie, Karras & Laine
 //! 2017, section 4.2): dynamic programming over nodes and k.
 
+use rayon::prelude::*;
+
 use super::{
     Bounds,
-    binary::{Binary, BinaryNode, MAX_LEAF},
+    binary::{Binary, MAX_LEAF, Primitives},
     bvh::Tree,
-    node::{Below, Block, Child, Node, Primitive, WIDTH},
+    node::{Below, Block, Child, Node, WIDTH},
 };
 
 /// The time to test a block of triangles, in that of a node.
@@ -36,21 +38,59 @@ enum Alone {
     Node(u8),
 }
 
+/// What the cheapest ways come to, for each node of the binary tree.
+#[derive(Clone, Copy)]
+struct Choice {
+    first_half: [u8; WIDTH],
+    alone: Alone,
+}
+
 /// The cheapest wide tree.
-pub(super) fn collapse(binary: &Binary) -> Tree {
-    let Some(root) = binary.nodes.first() else { return Tree::new(vec![], vec![], vec![], None) };
-    let whole = half_area(&root.bounds);
-    let mut ways = vec![Ways { cost: [0.0; WIDTH], first_half: [0; WIDTH], alone: Alone::Leaf }; binary.nodes.len()];
+pub(super) fn collapse(primitives: &Primitives, binary: &Binary) -> Tree {
+    if binary.nodes.is_empty() {
+        return Tree::new(vec![], vec![], vec![], None);
+    }
+    let mut plan = Plan::new(binary, choices(primitives, binary));
+    let root = plan.write(primitives);
+    let Plan { children, blocks, others, .. } = plan;
+    let node = |children: &[Option<(u32, Child)>; WIDTH]| {
+        let mut node = Node::EMPTY;
+        for (slot, (from, child)) in children.iter().flatten().enumerate() {
+            node.put(slot, binary.nodes[*from as usize].bounds, *child);
+        }
+        node
+    };
+    let block = |&(first, count): &(u32, u32)| {
+        let members = &binary.order[first as usize..][..count as usize];
+        let mut eight = [(primitives.get)(members[0]); WIDTH];
+        eight.iter_mut().zip(members).for_each(|(primitive, i)| *primitive = (primitives.get)(*i));
+        Block::new(&eight[..members.len()])
+    };
+    let nodes = children.par_iter().map(node).collect();
+    let blocks = blocks.par_iter().map(block).collect();
+    Tree::new(nodes, blocks, others.into_iter().map(primitives.get).collect(), Some(root))
+}
+
+/// The choices that follow from the costs below each node, from the leaves on.
+fn choices(primitives: &Primitives, binary: &Binary) -> Vec<Choice> {
+    let whole = half_area(&binary.nodes[0].bounds);
+    let mut choices = vec![Choice { first_half: [0; WIDTH], alone: Alone::Leaf }; binary.nodes.len()];
+    // Of the nodes whose halves are known while they themselves wait: the first half is on top.
+    let mut ways = Vec::<Ways>::new();
     for (i, node) in binary.nodes.iter().enumerate().rev() {
         // Relative to the root's: f32 has no number for the area of every box.
         let area = if whole > 0.0 { (half_area(&node.bounds) / whole) as f32 } else { 1.0 };
-        let leaf = area * leaf_cost(&binary.primitives[node.range.clone()]);
-        ways[i] = match node.children {
-            None => Ways { cost: [leaf; WIDTH], first_half: [0; WIDTH], alone: Alone::Leaf },
-            Some([a, b]) => Ways::of(area, leaf, &ways[a], &ways[b]),
+        let leaf = area * leaf_cost(primitives, binary.primitives(i));
+        let here = if node.second == 0 {
+            Ways { cost: [leaf; WIDTH], first_half: [0; WIDTH], alone: Alone::Leaf }
+        } else {
+            let (Some(first), Some(second)) = (ways.pop(), ways.pop()) else { unreachable!("halves come before") };
+            Ways::of(area, leaf, &first, &second)
         };
+        choices[i] = Choice { first_half: here.first_half, alone: here.alone };
+        ways.push(here);
     }
-    Writer { binary, ways, nodes: Vec::new(), blocks: Vec::new(), others: Vec::new() }.write()
+    choices
 }
 
 impl Ways {
@@ -75,30 +115,37 @@ impl Ways {
 }
 
 /// The cost of a leaf of these primitives relative to its area; infinite if they cannot be one.
-fn leaf_cost(primitives: &[Primitive]) -> f32 {
-    if primitives.len() > MAX_LEAF {
+fn leaf_cost(primitives: &Primitives, members: &[u32]) -> f32 {
+    if members.len() > MAX_LEAF {
         return f32::INFINITY;
     }
-    match primitives.iter().filter(|p| p.is_triangle()).count() {
-        0 => primitives.len() as f32 * OTHER_COST,
-        n if n == primitives.len() => n.div_ceil(WIDTH) as f32 * BLOCK_COST,
+    match members.iter().filter(|i| primitives.is_triangle(**i)).count() {
+        0 => members.len() as f32 * OTHER_COST,
+        n if n == members.len() => n.div_ceil(WIDTH) as f32 * BLOCK_COST,
         _ => f32::INFINITY,
     }
 }
 
-/// The wide tree to be.
-struct Writer<'a> {
+/// The wide tree to be: what goes where, before any of it is made.
+struct Plan<'a> {
     binary: &'a Binary,
-    ways: Vec<Ways>,
-    nodes: Vec<Node>,
-    blocks: Vec<Block>,
-    others: Vec<Primitive>,
+    choices: Vec<Choice>,
+    /// Of each wide node its children: from which binary nodes, and what they are called.
+    children: Vec<[Option<(u32, Child)>; WIDTH]>,
+    /// Of each block its part of the order: the first, and how many.
+    blocks: Vec<(u32, u32)>,
+    others: Vec<u32>,
 }
 
-impl Writer<'_> {
-    fn write(mut self) -> Tree {
+impl<'a> Plan<'a> {
+    fn new(binary: &'a Binary, choices: Vec<Choice>) -> Self {
+        Self { binary, choices, children: Vec::new(), blocks: Vec::new(), others: Vec::new() }
+    }
+
+    /// Returns what the root is called.
+    fn write(&mut self, primitives: &Primitives) -> Child {
         let mut todo = Vec::new();
-        let root = self.child(0, &mut todo);
+        let root = self.child(primitives, 0, &mut todo);
         while let Some((from, to)) = todo.pop() {
             let mut children = Vec::with_capacity(WIDTH);
             self.gather(from, &mut children);
@@ -107,54 +154,58 @@ impl Writer<'_> {
             children.sort_by(|a, b| area(b).total_cmp(&area(a)));
             let after = todo.len();
             for (slot, i) in children.into_iter().enumerate() {
-                let child = self.child(i, &mut todo);
-                self.nodes[to].put(slot, self.binary.nodes[i].bounds, child);
+                let child = self.child(primitives, i, &mut todo);
+                self.children[to][slot] = Some((i as u32, child));
             }
             todo[after..].reverse();
         }
-        Tree::new(self.nodes, self.blocks, self.others, Some(root))
+        root
     }
 
-    /// What stands for a subtree in one place. A node is made empty, to be filled by what is left to do.
-    fn child(&mut self, i: usize, todo: &mut Vec<(usize, usize)>) -> Child {
-        let node = &self.binary.nodes[i];
-        Child::new(match self.ways[i].alone {
-            Alone::Leaf => self.leaf(node),
+    /// What stands for a subtree in one place. A node is left empty, to be filled by what is left to do.
+    fn child(&mut self, primitives: &Primitives, i: usize, todo: &mut Vec<(usize, usize)>) -> Child {
+        Child::new(match self.choices[i].alone {
+            Alone::Leaf => self.leaf(primitives, i),
             Alone::Node(_) => {
-                todo.push((i, self.nodes.len()));
-                self.nodes.push(Node::EMPTY);
-                Below::Node(self.nodes.len() as u32 - 1)
+                todo.push((i, self.children.len()));
+                self.children.push([None; WIDTH]);
+                Below::Node(self.children.len() as u32 - 1)
             }
         })
     }
 
-    fn leaf(&mut self, node: &BinaryNode) -> Below {
-        let primitives = &self.binary.primitives[node.range.clone()];
-        if primitives[0].is_triangle() {
+    fn leaf(&mut self, primitives: &Primitives, i: usize) -> Below {
+        let (members, start) = (self.binary.primitives(i), self.binary.nodes[i].first);
+        if primitives.is_triangle(members[0]) {
             let first = self.blocks.len() as u32;
-            self.blocks.extend(primitives.chunks(WIDTH).map(Block::new));
+            let chunks = members.chunks(WIDTH).scan(start, |from, chunk| {
+                let block = (*from, chunk.len() as u32);
+                *from += block.1;
+                Some(block)
+            });
+            self.blocks.extend(chunks);
             Below::Blocks { first, count: self.blocks.len() as u32 - first }
         } else {
             let first = self.others.len() as u32;
-            self.others.extend_from_slice(primitives);
-            Below::Others { first, count: primitives.len() as u32 }
+            self.others.extend_from_slice(members);
+            Below::Others { first, count: members.len() as u32 }
         }
     }
 
     /// The subtrees that become the children of the node that `root` becomes.
     fn gather(&self, root: usize, children: &mut Vec<usize>) {
-        let (Some([a, b]), Alone::Node(first)) = (self.binary.nodes[root].children, self.ways[root].alone) else {
+        let (Some([a, b]), Alone::Node(first)) = (self.binary.children(root), self.choices[root].alone) else {
             return;
         };
         let mut todo = vec![(b, WIDTH - usize::from(first)), (a, usize::from(first))];
         while let Some((i, mut places)) = todo.pop() {
-            let ways = &self.ways[i];
-            while places > 1 && ways.first_half[places - 1] == 0 {
+            let choice = &self.choices[i];
+            while places > 1 && choice.first_half[places - 1] == 0 {
                 places -= 1;
             }
-            match self.binary.nodes[i].children {
+            match self.binary.children(i) {
                 Some([a, b]) if places > 1 => {
-                    let first = usize::from(ways.first_half[places - 1]);
+                    let first = usize::from(choice.first_half[places - 1]);
                     todo.extend([(b, places - first), (a, first)]);
                 }
                 _ => children.push(i),

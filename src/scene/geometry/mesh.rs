@@ -3,12 +3,13 @@
 use std::collections::{HashMap, hash_map::Entry};
 
 use glam::{Vec2, Vec3};
+use rayon::prelude::*;
 
 use super::{
     Attributes, Bounds, Interpolation, MaterialId, Surface,
     coincident::{Role, Sharing},
     horizon::lifted,
-    node::{Primitive, Shape},
+    same::same,
     triangle::Triangle,
 };
 
@@ -120,6 +121,10 @@ impl Mesh {
             corners.sort_unstable();
             (corners, (a > b) ^ (b > c) ^ (a > c))
         };
+        let all = (0..self.len()).into_par_iter();
+        if same(all, |i| corners(&self.triangles[i as usize]).0).is_empty() {
+            return;
+        }
         // By corners: the first opaque one in the order in which they are there. It hides those that come after it.
         let rank = |index: usize, t: &IndexedTriangle| (role(t.material).precedence, index);
         let mut hiding = HashMap::with_capacity(self.triangles.len());
@@ -129,9 +134,6 @@ impl Mesh {
                 .entry(corners(t).0)
                 .and_modify(|first| *first = [*first, this].into_iter().flatten().min_by_key(|(rank, _)| *rank))
                 .or_insert(this);
-        }
-        if hiding.len() == self.triangles.len() {
-            return;
         }
         let mut kept = HashMap::with_capacity(hiding.len());
         let mut dropped = Vec::new();
@@ -193,7 +195,9 @@ impl Mesh {
     }
 
     pub(super) fn triangle(&self, index: u32) -> Triangle {
-        Triangle::new(self.triangles[index as usize].corners.map(|i| self.positions[i as usize]))
+        // Not by an array's `map`, which is called.
+        let [a, b, c] = self.triangles[index as usize].corners;
+        Triangle::new([self.positions[a as usize], self.positions[b as usize], self.positions[c as usize]])
     }
 
     /// Whether it shares its place; a triangle that is not there is alone.
@@ -232,10 +236,6 @@ impl Mesh {
     pub(super) fn attributes(&self, index: u32, b: Vec2) -> Interpolation<'_> {
         let corners = self.triangles.get(index as usize).map_or([u32::MAX; 3], |t| t.corners);
         self.attributes.between(corners, b)
-    }
-
-    pub(super) fn primitives(&self) -> impl Iterator<Item = Primitive> {
-        (0..self.len()).map(|index| Primitive { shape: Shape::Triangle(self.triangle(index)), index })
     }
 
     /// A bound on the error of surfaces of triangles whose coordinates are at most `size`.

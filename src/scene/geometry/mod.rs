@@ -25,6 +25,7 @@ mod query;
 mod ray;
 mod rays;
 mod region;
+mod same;
 mod shells;
 mod sphere;
 #[cfg(test)]
@@ -49,6 +50,7 @@ pub use self::{
     shells::{Form, Shell, Shells},
 };
 use self::{
+    binary::Primitives,
     bvh::Tree,
     coincident::Coincident,
     instance::Instance,
@@ -237,6 +239,16 @@ impl Geometry {
         self.effort = effort;
     }
 
+    /// Sets the effort by which so many samples of pixels, the trees included, are likely to be there first.
+    ///
+    /// # Panics
+    /// After [`Self::build`].
+    pub fn set_effort_for(&mut self, samples: u64) {
+        let meshes = self.meshes.iter().map(|m| u64::from(m.mesh.len()));
+        let triangles = u64::from(self.world.len()) + meshes.sum::<u64>();
+        self.set_effort(BuildEffort::for_work(triangles, samples));
+    }
+
     /// Builds the trees. Nothing may be added afterwards; ids are final from here on.
     ///
     /// # Panics
@@ -244,12 +256,17 @@ impl Geometry {
     pub fn build(&mut self) {
         let count = self.world.len() as usize + self.spheres.len();
         assert!(count.max(self.instances.len()) < u32::MAX as usize - 1, "fewer than 2³² − 2 primitives");
-        let primitives = (0..self.world_len()).map(|index| Primitive { shape: self.shape(index), index });
-        let instances =
-            (0..).zip(&self.instances).map(|(index, i)| Primitive { shape: Shape::Instance(i.bounds), index });
-        let effort = self.effort;
-        self.tree = Some(build::build(primitives.chain(instances).collect(), effort));
-        self.meshes.iter_mut().for_each(|m| m.tree = Some(build::build(m.mesh.primitives().collect(), effort)));
+        let (world, effort) = (self.world_len(), self.effort);
+        let get = |i: u32| match i.checked_sub(world) {
+            None => Primitive { shape: self.shape(i), index: i },
+            Some(number) => Primitive { shape: Shape::Instance(self.instances[number as usize].bounds), index: number },
+        };
+        let count = world.checked_add(self.instance_count()).expect("fewer than 2³² primitives and instances");
+        self.tree = Some(build::build(&Primitives { triangles: self.world.len(), count, get: &get }, effort));
+        for InstancedMesh { mesh, tree, .. } in &mut self.meshes {
+            let get = |index| Primitive { shape: Shape::Triangle(mesh.triangle(index)), index };
+            *tree = Some(build::build(&Primitives { triangles: mesh.len(), count: mesh.len(), get: &get }, effort));
+        }
     }
 
     /// The number of primitives in world space; their ids are [`PrimitiveId::world`] of 0…n−1.

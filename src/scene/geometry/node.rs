@@ -62,10 +62,6 @@ impl Primitive {
             Shape::Instance(_) => true,
         }
     }
-
-    pub fn is_triangle(&self) -> bool {
-        matches!(self.shape, Shape::Triangle(_))
-    }
 }
 
 /// An inner node: the boxes of its children and where they are. 256 bytes.

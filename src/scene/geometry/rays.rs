@@ -188,8 +188,8 @@ impl Geometry {
         self.packets::<LargestFirst, _>(lanes, 8, rays, |_, n, met| put_found(n, met, found));
     }
 
-    /// Walks all rays, one packet after the other; `put` gets where a packet begins, how many rays it has, and what they
-    /// have met.
+    /// Walks all rays, one packet after the other; `put` gets where a packet begins, how many rays it has, and what
+    /// they have met.
     #[inline(always)]
     pub(super) fn packets<O: Order, L: Lanes>(
         &self,
