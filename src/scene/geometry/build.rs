@@ -48,9 +48,9 @@ impl BuildEffort {
         if samples < Self::WORTH_IT * triangles { Self::Fast } else { Self::Best }
     }
 
-    /// From how many samples for each triangle on the best tree is worth the time that it takes longer: about ten
-    /// microseconds of a core for each triangle, where a sample takes about ten, and a tenth less by the best tree
-    /// (`benches/notes/rays.md`).
+    /// From how many samples for each triangle on the best tree is worth the time that it takes longer: nine
+    /// microseconds of a core for each triangle, where a sample takes three to ten, and about a tenth less by the best
+    /// tree (`benches/notes/rays.md`).
     const WORTH_IT: u64 = 10;
 
     /// Of all nodes, the part that is tried elsewhere at first.
