@@ -69,16 +69,12 @@ pub fn run(args: &RenderArgs) -> Result<Exit, Failure> {
     let pool = args.paths.thread_pool()?;
     let mut phases = Phases::start();
 
-    let mut opened = Opened::read(&args.scene, terminal)?;
+    let opened = Opened::read(&args.scene, terminal)?;
     phases.end("read");
     let sensor = camera::sensor(&args.size, DEFAULT_WIDTH, args.filter.padding(), &opened.view);
     let settings = settings(args, crop(args, sensor)?, only);
     check_memory(args, &settings)?;
     check_light_subpaths(&settings)?;
-    let Wanted { passes, goal, whole } = wanted(args);
-    if let (None, Some(samples)) = (args.scene.build, announced(&goal, &settings)) {
-        opened.loaded.geometry.set_effort_for(samples);
-    }
     let (view, shown, scene_hash) = (opened.view.clone(), opened.shown, opened.loaded.hash.clone());
     let (scene, environment) = opened.into_scene(&args.scene, sensor, terminal)?;
     let lights = args.paths.lights.unwrap_or_else(|| args.integrator.choice_among(scene.lights()));
@@ -90,6 +86,7 @@ pub fn run(args: &RenderArgs) -> Result<Exit, Failure> {
     let job = Job { scene_hash, shown, camera: &view, sensor, settings: &settings, lights, paths, environment };
     foretell(&job, &scene, max_depth(args), terminal);
 
+    let Wanted { passes, goal, whole } = wanted(args);
     let renderer = pool.install(|| Renderer::new(&scene, &settings));
     phases.end("build");
     let recorded = recorded(args, &job, &scene);
@@ -226,16 +223,6 @@ fn wanted(args: &RenderArgs) -> Wanted {
     let spp = args.spp.unwrap_or(if args.noise.is_some() { MOST_FOR_NOISE } else { DEFAULT_SPP });
     let passes = args.part.shard.map_or(0..spp, |shard| shard.passes(spp));
     Wanted { goal: Goal::Passes(passes.len() as u32), passes, whole: Some(spp) }
-}
-
-/// About how many samples this will be; `None` where that is anybody's guess.
-fn announced(goal: &Goal, settings: &Settings) -> Option<u64> {
-    /// Of two cores, in small scenes.
-    const SAMPLES_A_SECOND: f64 = 1e6;
-    match goal {
-        Goal::Time(time) => Some((time.as_secs_f64() * SAMPLES_A_SECOND) as u64),
-        Goal::Passes(passes) => Some(u64::from(*passes) * settings.crop.pixels()),
-    }
 }
 
 fn only(args: &RenderArgs) -> Result<Option<(Strategy, Weighting)>, Failure> {

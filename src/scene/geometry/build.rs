@@ -43,16 +43,6 @@ impl BuildEffort {
         }
     }
 
-    /// What is likely to have so many samples of pixels first, trees over so many triangles included.
-    pub(super) fn for_work(triangles: u64, samples: u64) -> Self {
-        if samples < Self::WORTH_IT * triangles { Self::Fast } else { Self::Best }
-    }
-
-    /// From how many samples for each triangle on the best tree is worth the time that it takes longer: nine
-    /// microseconds of a core for each triangle, where a sample takes three to ten, and about a tenth less by the best
-    /// tree (`benches/notes/rays.md`).
-    const WORTH_IT: u64 = 10;
-
     /// Of all nodes, the part that is tried elsewhere at first.
     fn reinsertion(self) -> f32 {
         match self {
@@ -144,8 +134,8 @@ impl Groups {
     }
 }
 
-/// The shape of the tree over groups, a leaf for each. What obvhs computes in parallel does not depend on the number of
-/// threads.
+/// The shape of the tree over groups, a leaf for each. In scenes of millions it may depend on the number of threads, as
+/// obvhs sorts what is equal; what rays hit does not.
 fn cluster(primitives: &Primitives, groups: &Groups, effort: BuildEffort) -> Bvh2 {
     let count = groups.len() as u32;
     let leaf = |group: u32| {
