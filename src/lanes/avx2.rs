@@ -30,10 +30,7 @@ pub struct M(__m256);
 impl Eight {
     /// Asks the processor.
     pub fn detect() -> Option<Self> {
-        macro_rules! all {
-            ($($feature:tt)*) => { $(std::arch::is_x86_feature_detected!($feature) &&)* true };
-        }
-        (all!("avx2" "bmi1" "bmi2" "lzcnt" "popcnt")).then_some(Self(()))
+        detected!("avx2" "bmi1" "bmi2" "lzcnt" "popcnt").then_some(Self(()))
     }
 
     /// For a set that includes these instructions.
@@ -44,27 +41,6 @@ impl Eight {
 
 // SAFETY, of all blocks below: `Eight`, and with it every number in its lanes, exists only where `detect` found the
 // instructions; loads and stores have checked how long their slices are.
-
-macro_rules! operators {
-    ($t:ident: $($trait:ident $name:ident $instruction:ident)*) => { $(
-        impl $trait for $t {
-            type Output = Self;
-            #[inline(always)]
-            fn $name(self, other: Self) -> Self {
-                Self(unsafe { $instruction(self.0, other.0) })
-            }
-        }
-    )* };
-    ($t:ident, in halves: $($trait:ident $name:ident $instruction:ident)*) => { $(
-        impl $trait for $t {
-            type Output = Self;
-            #[inline(always)]
-            fn $name(self, other: Self) -> Self {
-                unsafe { Self($instruction(self.0, other.0), $instruction(self.1, other.1)) }
-            }
-        }
-    )* };
-}
 
 operators!(F: Add add _mm256_add_ps Sub sub _mm256_sub_ps Mul mul _mm256_mul_ps Div div _mm256_div_ps);
 operators!(M: BitAnd bitand _mm256_and_ps BitOr bitor _mm256_or_ps);

@@ -31,10 +31,7 @@ pub struct M(u16);
 impl Sixteen {
     /// Asks the processor.
     pub fn detect() -> Option<Self> {
-        macro_rules! all {
-            ($($feature:tt)*) => { $(std::arch::is_x86_feature_detected!($feature) &&)* true };
-        }
-        let wide = all!("avx512f" "avx512vl" "avx512dq" "avx512bw" "avx512cd");
+        let wide = detected!("avx512f" "avx512vl" "avx512dq" "avx512bw" "avx512cd");
         (wide && Eight::detect().is_some()).then_some(Self(()))
     }
 
@@ -47,27 +44,6 @@ impl Sixteen {
 
 // SAFETY, of all blocks below: `Sixteen`, and with it every number in its lanes, exists only where `detect` found the
 // instructions; loads and stores have checked how long their slices are.
-
-macro_rules! operators {
-    ($t:ident: $($trait:ident $name:ident $instruction:ident)*) => { $(
-        impl $trait for $t {
-            type Output = Self;
-            #[inline(always)]
-            fn $name(self, other: Self) -> Self {
-                Self(unsafe { $instruction(self.0, other.0) })
-            }
-        }
-    )* };
-    ($t:ident, in halves: $($trait:ident $name:ident $instruction:ident)*) => { $(
-        impl $trait for $t {
-            type Output = Self;
-            #[inline(always)]
-            fn $name(self, other: Self) -> Self {
-                unsafe { Self($instruction(self.0, other.0), $instruction(self.1, other.1)) }
-            }
-        }
-    )* };
-}
 
 operators!(F: Add add _mm512_add_ps Sub sub _mm512_sub_ps Mul mul _mm512_mul_ps Div div _mm512_div_ps);
 operators!(D, in halves: Add add _mm512_add_pd Sub sub _mm512_sub_pd Mul mul _mm512_mul_pd Div div _mm512_div_pd);

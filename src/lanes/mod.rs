@@ -10,6 +10,35 @@
 //!
 //! `DESIGN.md` says why this is no crate.
 
+/// Whether the processor has all of these features.
+#[cfg(target_arch = "x86_64")]
+macro_rules! detected {
+    ($($feature:tt)*) => { ($(std::arch::is_x86_feature_detected!($feature) &&)* true) };
+}
+
+/// Operators that are one instruction, or one for each half.
+#[cfg(target_arch = "x86_64")]
+macro_rules! operators {
+    ($t:ident: $($trait:ident $name:ident $instruction:ident)*) => { $(
+        impl $trait for $t {
+            type Output = Self;
+            #[inline(always)]
+            fn $name(self, other: Self) -> Self {
+                Self(unsafe { $instruction(self.0, other.0) })
+            }
+        }
+    )* };
+    ($t:ident, in halves: $($trait:ident $name:ident $instruction:ident)*) => { $(
+        impl $trait for $t {
+            type Output = Self;
+            #[inline(always)]
+            fn $name(self, other: Self) -> Self {
+                unsafe { Self($instruction(self.0, other.0), $instruction(self.1, other.1)) }
+            }
+        }
+    )* };
+}
+
 mod arrays;
 #[cfg(target_arch = "x86_64")]
 mod avx2;

@@ -62,7 +62,7 @@ impl Geometry {
     }
 
     /// Calls `visit` with everything but the two flat primitives in `skip` that the segment crosses, until it breaks:
-    /// what [`Self::closest_after`] would find one by one, in an order that depends on the geometry alone.
+    /// what [`Self::closest_after`] would find one by one, in the order of the walk, which depends on the tree.
     ///
     /// # Panics
     /// If there are primitives, but [`Self::build`] has not been called.

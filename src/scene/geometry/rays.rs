@@ -198,6 +198,7 @@ impl Geometry {
         rays: &Rays,
         mut put: impl FnMut(usize, usize, &Met),
     ) {
+        const { assert!(MOST.is_multiple_of(L::N), "the last packet is loaded whole") };
         let tree = self.tree();
         let mut met = Met::NOTHING;
         // Of the rays that go on alone, by their lanes.

@@ -1,6 +1,8 @@
 //! Batches of rays meet what single rays do.
 
 use super::*;
+#[cfg(target_arch = "x86_64")]
+use crate::lanes::Eight;
 use crate::{
     lanes::{Arrays, Lanes},
     scene::geometry::{
@@ -68,6 +70,8 @@ fn a_ray_meets_the_same_in_a_batch_and_alone() {
             packets(&g, Arrays::<4>, few, &batch),
             packets(&g, Arrays::<16>, [0, 2, 8, 16][case % 4], &batch),
         ];
+        #[cfg(target_arch = "x86_64")]
+        let ways = ways.into_iter().chain(Eight::detect().map(|eight| packets(&g, eight, few, &batch)));
         for (way, (hits_in_batch, found_in_batch)) in ways.into_iter().enumerate() {
             let hits_in_batch: Vec<_> = hits_in_batch.into_iter().map(|hit| hit.map(key)).collect();
             for i in 0..single.len() {
