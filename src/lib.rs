@@ -85,7 +85,7 @@ pub mod converge;
 pub mod film;
 pub mod integrator;
 pub mod io;
-mod lanes;
+pub mod lanes;
 pub mod layers;
 pub mod math;
 pub mod path;

@@ -5,40 +5,40 @@ mod rgb;
 use glam::Vec3;
 
 pub use self::rgb::{Rgb, luminance};
+use crate::lanes::{Float, Lanes, Vector};
 
 /// An orthonormal right-handed basis around a unit normal, which is its third axis.
 #[derive(Clone, Copy, Debug)]
-pub struct Frame {
-    s: Vec3,
-    t: Vec3,
-    n: Vec3,
+pub struct Frame<V = Vec3> {
+    s: V,
+    t: V,
+    n: V,
 }
 
-impl Frame {
+impl<V: Vector> Frame<V> {
     /// Builds a basis around the unit vector `n` without a branch on its direction
     /// (Duff et al. 2017, *Building an Orthonormal Basis, Revisited*).
     #[inline(always)]
-    pub fn around(n: Vec3) -> Self {
-        let sign = 1.0_f32.copysign(n.z);
-        let a = -1.0 / (sign + n.z);
-        let b = n.x * n.y * a;
-        Self {
-            s: Vec3::new(1.0 + sign * n.x * n.x * a, sign * b, -sign * n.x),
-            t: Vec3::new(b, sign + n.y * n.y * a, -n.y),
-            n,
-        }
+    pub fn around(n: V) -> Self {
+        let [x, y, z] = n.coordinates();
+        let one = z.lanes().splat(1.0);
+        let sign = one.copysign(z);
+        let a = -(one / (sign + z));
+        let b = x * y * a;
+        Self { s: V::new(one + sign * x * x * a, sign * b, -(sign * x)), t: V::new(b, sign + y * y * a, -y), n }
     }
 
     /// The components of the world vector `v` in this basis.
     #[inline(always)]
-    pub fn to_local(&self, v: Vec3) -> Vec3 {
-        Vec3::new(self.s.dot(v), self.t.dot(v), self.n.dot(v))
+    pub fn to_local(&self, v: V) -> V {
+        V::new(self.s.dot(v), self.t.dot(v), self.n.dot(v))
     }
 
     /// The world vector with components `v` in this basis.
     #[inline(always)]
-    pub fn to_world(&self, v: Vec3) -> Vec3 {
-        self.s * v.x + self.t * v.y + self.n * v.z
+    pub fn to_world(&self, v: V) -> V {
+        let [x, y, z] = v.coordinates();
+        self.s * x + self.t * y + self.n * z
     }
 }
 

@@ -8,6 +8,7 @@ mod padded;
 mod portable;
 mod settings;
 mod statistics;
+mod waves;
 
 use std::{
     collections::BTreeMap,
@@ -26,6 +27,7 @@ pub use self::{
     deposit::{Collector, Predicate},
     settings::{Background, Settings},
     statistics::{Rays, Statistics},
+    waves::Width,
 };
 use self::{
     deposit::{Destination, LayerFilms, TaskSink},
@@ -51,6 +53,9 @@ pub struct Renderer<'a> {
     scene: &'a Scene,
     settings: &'a Settings,
     integrator: Integrator,
+    /// Whether the integrator can make waves of this scene's paths, and the lanes for them.
+    makes_waves: bool,
+    lanes: Instructions,
     film: Film,
     /// Of a transparent background.
     alpha_sums: Option<AlphaSums>,
@@ -111,6 +116,8 @@ impl<'a> Renderer<'a> {
         Self {
             scene,
             settings,
+            makes_waves: integrator.makes_waves(scene),
+            lanes: Instructions::detect(),
             integrator,
             film,
             alpha_sums,
@@ -188,7 +195,10 @@ impl<'a> Renderer<'a> {
 
     fn pass_of(&mut self, keep: Option<&Predicate<'_>>) {
         let half = Half::of_pass(self.passes.end);
-        self.tasks(|tile, scratch| self.task(tile, scratch, Destination::Film { half, keep }));
+        match self.waves().filter(|_| keep.is_none()) {
+            Some(lanes) => self.pass_in_waves(lanes, half),
+            None => drop(self.tasks(|tile, scratch| self.task(tile, scratch, Destination::Film { half, keep }))),
+        }
         self.passes.end += 1;
     }
 
@@ -206,7 +216,7 @@ impl<'a> Renderer<'a> {
 
     /// One pass, with a task for each tile.
     fn tasks<T: Send>(&self, task: impl Fn(u32, &mut Scratch) -> T + Sync) -> Vec<T> {
-        PaddedImage(self.scene.camera.sensor())
+        self.image()
             .tiles()
             .into_par_iter()
             .map_init(|| self.integrator.scratch(), |scratch, tile| task(tile, scratch))
@@ -220,9 +230,17 @@ impl<'a> Renderer<'a> {
             SamplerKind::Independent => self.tile_by::<Independent>(tile, scratch, &mut sink),
             SamplerKind::Sobol => self.tile_by::<Sobol>(tile, scratch, &mut sink),
         };
+        self.count_task(&sink, samples);
+    }
+
+    fn count_task(&self, sink: &TaskSink, samples: u64) {
         self.count(sink.rays, sink.spared);
         self.lost_to_sides.fetch_add(sink.lost_to_sides, Relaxed);
         self.samples.fetch_add(samples, Relaxed);
+    }
+
+    fn image(&self) -> PaddedImage {
+        PaddedImage { sensor: self.scene.camera.sensor(), side: PaddedImage::TILE }
     }
 
     fn tile_by<S: Sampler>(&self, tile: u32, scratch: &mut Scratch, sink: &mut TaskSink) -> u64 {
@@ -242,7 +260,7 @@ impl<'a> Renderer<'a> {
         let mut samples = 0;
         scratch.start_over();
         for stages in rounds {
-            for pixel in PaddedImage(self.scene.camera.sensor()).tile(tile) {
+            for pixel in self.image().tile(tile) {
                 samples += self.sample::<S>(pixel, *stages, scratch, sink);
             }
         }

@@ -4,10 +4,12 @@ mod connection_roulette;
 mod description;
 mod estimator;
 mod kind;
+mod wave;
 
 pub use connection_roulette::{ConnectionRoulette, RelativeRoulette};
 pub use description::{Description, Gap, Landing, LightSampling, Table};
 pub use estimator::{Connects, LightStage, Samplers, Scratch, Sink, Splats};
+pub use wave::{Starts, Wave, WaveSink};
 
 use self::estimator::connectible;
 use crate::{

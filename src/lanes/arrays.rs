@@ -1,8 +1,11 @@
 //! Lanes that every processor has: arrays, for the compiler to make the best of.
 
-use std::ops::{Add, BitAnd, BitOr, Div, Mul, Neg, Not, Sub};
+use std::{
+    fmt::Debug,
+    ops::{Add, BitAnd, BitOr, BitXor, Div, Mul, Neg, Not, Shl, Shr, Sub},
+};
 
-use super::{Double, Float, Lanes, Mask, Select, Unsigned};
+use super::{Double, Float, Lanes, Mask, Select, Three, Unsigned};
 
 /// N lanes on any processor.
 #[derive(Clone, Copy, Debug)]
@@ -35,11 +38,11 @@ macro_rules! operators {
             }
         }
     )* };
-    ($t:ty, by one: $($trait:ident $name:ident)*) => { $(
-        impl<const N: usize> $trait<$t> for Each<$t, N> {
+    ($t:ty, by $one:ty: $($trait:ident $name:ident)*) => { $(
+        impl<const N: usize> $trait<$one> for Each<$t, N> {
             type Output = Self;
             #[inline(always)]
-            fn $name(self, other: $t) -> Self {
+            fn $name(self, other: $one) -> Self {
                 self.map(|a| a.$name(other))
             }
         }
@@ -47,9 +50,11 @@ macro_rules! operators {
 }
 
 operators!(f32: Add add Sub sub Mul mul Div div);
-operators!(f32, by one: Mul mul);
+operators!(f32, by f32: Mul mul);
 operators!(f64: Add add Sub sub Mul mul Div div);
-operators!(f64, by one: Sub sub Mul mul);
+operators!(f64, by f64: Sub sub Mul mul);
+operators!(u32: BitAnd bitand BitOr bitor BitXor bitxor);
+operators!(u32, by u32: Shl shl Shr shr);
 operators!(bool: BitAnd bitand BitOr bitor);
 
 impl<const N: usize> Neg for Each<f32, N> {
@@ -74,9 +79,15 @@ impl<const N: usize> Lanes for Arrays<N> {
     type D = Each<f64, N>;
     type U = Each<u32, N>;
     type M = Each<bool, N>;
+    type V = Three<Self::F>;
+    type Each<T: Copy + Debug> = [T; N];
 
     #[inline(always)]
     fn splat(self, x: f32) -> Self::F {
+        Each([x; N])
+    }
+    #[inline(always)]
+    fn splat_d(self, x: f64) -> Self::D {
         Each([x; N])
     }
     #[inline(always)]
@@ -99,14 +110,41 @@ impl<const N: usize> Lanes for Arrays<N> {
     fn pick(self, [x, y, z]: [f32; 3], which: Self::U) -> Self::F {
         which.map(|i| [x, y, z, 0.0][i as usize % 4])
     }
+    #[inline(always)]
+    fn each<T: Copy + Debug>(self, f: impl FnMut(usize) -> T) -> [T; N] {
+        std::array::from_fn(f)
+    }
+    #[inline(always)]
+    fn lane<T: Copy + Debug>(each: &[T; N], i: usize) -> T {
+        each[i % N]
+    }
+}
+
+/// Those where the condition holds, in their order, before the others.
+#[inline(always)]
+fn compressed<T: Copy, const N: usize>(from: [T; N], which: [bool; N], to: &mut [T]) {
+    let to: &mut [T; N] = to.first_chunk_mut().expect("a place for each lane");
+    let mut len = 0;
+    for i in 0..N {
+        to[len] = from[i];
+        len += usize::from(which[i]);
+    }
 }
 
 impl<const N: usize> Float for Each<f32, N> {
     type Lanes = Arrays<N>;
 
     #[inline(always)]
+    fn lanes(self) -> Arrays<N> {
+        Arrays
+    }
+    #[inline(always)]
     fn store(self, to: &mut [f32]) {
         *to.first_chunk_mut().expect("a place for each lane") = self.0;
+    }
+    #[inline(always)]
+    fn compress(self, which: Each<bool, N>, to: &mut [f32]) {
+        compressed(self.0, which.0, to);
     }
     #[inline(always)]
     fn lane(self, i: u32) -> f32 {
@@ -127,6 +165,10 @@ impl<const N: usize> Float for Each<f32, N> {
     #[inline(always)]
     fn copysign(self, sign: Self) -> Self {
         self.with(sign, f32::copysign)
+    }
+    #[inline(always)]
+    fn sqrt(self) -> Self {
+        self.map(f32::sqrt)
     }
     #[inline(always)]
     fn lt(self, other: Self) -> Each<bool, N> {
@@ -150,14 +192,73 @@ impl<const N: usize> Float for Each<f32, N> {
     }
 }
 
-impl<const N: usize> Double for Each<f64, N> {}
+impl<const N: usize> Double for Each<f64, N> {
+    type Lanes = Arrays<N>;
+
+    #[inline(always)]
+    fn lanes(self) -> Arrays<N> {
+        Arrays
+    }
+    #[inline(always)]
+    fn sqrt(self) -> Self {
+        self.map(f64::sqrt)
+    }
+    #[inline(always)]
+    fn lt(self, other: Self) -> Each<bool, N> {
+        self.with(other, |a, b| a < b)
+    }
+    #[inline(always)]
+    fn upper_half(self) -> Each<u32, N> {
+        self.map(|x| x.upper_half())
+    }
+    #[inline(always)]
+    fn of_upper_half(bits: Each<u32, N>) -> Self {
+        bits.map(f64::of_upper_half)
+    }
+}
 
 impl<const N: usize> Unsigned for Each<u32, N> {
     type Lanes = Arrays<N>;
 
     #[inline(always)]
+    fn lanes(self) -> Arrays<N> {
+        Arrays
+    }
+    #[inline(always)]
     fn store(self, to: &mut [u32]) {
         *to.first_chunk_mut().expect("a place for each lane") = self.0;
+    }
+    #[inline(always)]
+    fn compress(self, which: Each<bool, N>, to: &mut [u32]) {
+        compressed(self.0, which.0, to);
+    }
+    #[inline(always)]
+    fn wrapping_add(self, other: Self) -> Self {
+        self.with(other, u32::wrapping_add)
+    }
+    #[inline(always)]
+    fn wrapping_mul(self, other: Self) -> Self {
+        self.with(other, u32::wrapping_mul)
+    }
+    #[inline(always)]
+    fn wide_mul(self, other: u32) -> (Self, Self) {
+        (self.map(|x| x.wide_mul(other).0), self.map(|x| x.wide_mul(other).1))
+    }
+    #[inline(always)]
+    fn reverse_bits(self) -> Self {
+        self.map(u32::reverse_bits)
+    }
+    #[inline(always)]
+    fn lookup(self, table: &[u32; 16]) -> Self {
+        self.map(|x| table[x as usize % 16])
+    }
+    #[inline(always)]
+    fn to_f32(self) -> Each<f32, N> {
+        self.map(|x| x as f32)
+    }
+    #[inline(always)]
+    fn to_f64(self) -> Each<f64, N> {
+        self.map(f64::from)
     }
     #[inline(always)]
     fn lt(self, other: Self) -> Each<bool, N> {

@@ -3,7 +3,8 @@
 //! A set of lanes is a value that exists only where the processor has its instructions, and so is every number in
 //! them: whoever has one may compute with it, and nothing outside this module is `unsafe` for that. Every operation is
 //! one exact IEEE operation a lane. Nothing is fused, approximated or reordered, so results do not depend on the set:
-//! `tests.rs` compares all of them with [`Arrays`], lane by lane.
+//! `tests.rs` compares all of them with [`Arrays`], lane by lane. [`One`] lane is plain numbers, so that a type with
+//! lanes as its parameter is by default what it would be without.
 //!
 //! What computes in lanes has to be compiled for their instructions: from the `#[target_feature]` function down to
 //! here, every function and closure is `#[inline(always)]`. (A single one that is not costs more than lanes gain.)
@@ -44,15 +45,19 @@ mod arrays;
 mod avx2;
 #[cfg(target_arch = "x86_64")]
 mod avx512;
+mod one;
 #[cfg(test)]
 mod tests;
+mod three;
 
 use std::{
     fmt::Debug,
-    ops::{Add, BitAnd, BitOr, Div, Mul, Neg, Not, Sub},
+    ops::{Add, BitAnd, BitOr, BitXor, Div, Mul, Neg, Not, Shl, Shr, Sub},
 };
 
 pub use arrays::Arrays;
+pub use one::One;
+pub use three::Three;
 #[cfg(target_arch = "x86_64")]
 pub use {avx2::Eight, avx512::Sixteen};
 
@@ -83,21 +88,30 @@ impl Instructions {
     }
 }
 
+/// The most lanes of any set.
+pub const MOST: usize = 16;
+
 /// A set of lanes.
 pub trait Lanes: Copy + Debug + Send + Sync + 'static {
-    /// How many there are, at most 32.
+    /// How many there are, at most [`MOST`].
     const N: usize;
     /// A number in each.
     type F: Float<Lanes = Self>;
     /// A number in each, of twice the precision.
-    type D: Double;
+    type D: Double<Lanes = Self>;
     /// A whole number in each.
     type U: Unsigned<Lanes = Self>;
     /// A condition in each.
-    type M: Mask + Select<Self::F> + Select<Self::U>;
+    type M: Mask + Select<Self::F> + Select<Self::D> + Select<Self::U> + Select<Self::V>;
+    /// A vector in each.
+    type V: Vector<F = Self::F, Lanes = Self>;
+    /// Anything in each, side by side: what no instruction computes with.
+    type Each<T: Copy + Debug>: Copy + Debug;
 
     /// The same number in all.
     fn splat(self, x: f32) -> Self::F;
+    /// The same number in all, of twice the precision.
+    fn splat_d(self, x: f64) -> Self::D;
     /// The same whole number in all.
     fn splat_u(self, x: u32) -> Self::U;
     /// The first N numbers.
@@ -114,11 +128,61 @@ pub trait Lanes: Copy + Debug + Send + Sync + 'static {
     fn mask(self, bits: u32) -> Self::M;
     /// In each lane one of three numbers, by the last two bits of `which` (0 where they are 3).
     fn pick(self, of: [f32; 3], which: Self::U) -> Self::F;
+    /// What `f` makes of the number of each lane.
+    fn each<T: Copy + Debug>(self, f: impl FnMut(usize) -> T) -> Self::Each<T>;
+    /// What one lane has: that of the number `i` modulo N.
+    fn lane<T: Copy + Debug>(each: &Self::Each<T>, i: usize) -> T;
 
     /// The condition that holds in the first `n` lanes, or in all of them.
     #[inline(always)]
     fn first(self, n: usize) -> Self::M {
         self.mask(if n < 32 { (1 << n) - 1 } else { u32::MAX })
+    }
+
+    /// The same vector in all.
+    #[inline(always)]
+    fn splat_v(self, [x, y, z]: [f32; 3]) -> Self::V {
+        Self::V::new(self.splat(x), self.splat(y), self.splat(z))
+    }
+
+    /// The number that `f` makes of that of each lane.
+    #[inline(always)]
+    fn numbers(self, mut f: impl FnMut(usize) -> f32) -> Self::F {
+        let mut numbers = [0.0; MOST];
+        for (i, x) in numbers.iter_mut().enumerate().take(Self::N) {
+            *x = f(i);
+        }
+        self.load(&numbers)
+    }
+
+    /// The whole number that `f` makes of that of each lane.
+    #[inline(always)]
+    fn whole_numbers(self, mut f: impl FnMut(usize) -> u32) -> Self::U {
+        let mut numbers = [0; MOST];
+        for (i, x) in numbers.iter_mut().enumerate().take(Self::N) {
+            *x = f(i);
+        }
+        self.load_u(&numbers)
+    }
+
+    /// The condition that holds where `f` says so of the number of the lane.
+    #[inline(always)]
+    fn condition(self, mut f: impl FnMut(usize) -> bool) -> Self::M {
+        let mut bits = 0;
+        for i in 0..Self::N {
+            bits |= u32::from(f(i)) << i;
+        }
+        self.mask(bits)
+    }
+
+    /// The vector that `f` makes of the number of each lane.
+    #[inline(always)]
+    fn vectors(self, mut f: impl FnMut(usize) -> [f32; 3]) -> Self::V {
+        let (mut x, mut y, mut z) = ([0.0; MOST], [0.0; MOST], [0.0; MOST]);
+        for i in 0..Self::N {
+            [x[i], y[i], z[i]] = f(i);
+        }
+        Self::V::new(self.load(&x), self.load(&y), self.load(&z))
     }
 }
 
@@ -136,24 +200,33 @@ pub trait Float:
     /// The set.
     type Lanes: Lanes<F = Self>;
 
+    /// The set, of which a number is the proof.
+    fn lanes(self) -> Self::Lanes;
     /// Writes them to the first N places.
     ///
     /// # Panics
     /// If there are fewer.
     fn store(self, to: &mut [f32]);
+    /// Writes those where the condition holds to the first places, in their order, and anything to the rest of N.
+    ///
+    /// # Panics
+    /// If there are fewer places than lanes.
+    fn compress(self, which: <Self::Lanes as Lanes>::M, to: &mut [f32]);
     /// What one lane has: that of the number `i` modulo N, the first being 0.
     fn lane(self, i: u32) -> f32;
-    /// The smaller one; `other` where one is no number.
+    /// The smaller one; `other` where one is NaN.
     fn min(self, other: Self) -> Self;
-    /// The larger one; `other` where one is no number.
+    /// The larger one; `other` where one is NaN.
     fn max(self, other: Self) -> Self;
     /// Without its sign.
     fn abs(self) -> Self;
     /// With the other's sign.
     fn copysign(self, sign: Self) -> Self;
-    /// Where it is less; nowhere beside what is no number.
+    /// The square root.
+    fn sqrt(self) -> Self;
+    /// Where it is less; nowhere beside NaN.
     fn lt(self, other: Self) -> <Self::Lanes as Lanes>::M;
-    /// Where it is less or equal; nowhere beside what is no number.
+    /// Where it is less or equal; nowhere beside NaN.
     fn le(self, other: Self) -> <Self::Lanes as Lanes>::M;
     /// Where both are equal.
     fn eq(self, other: Self) -> <Self::Lanes as Lanes>::M;
@@ -174,22 +247,102 @@ pub trait Double:
     + Sub<f64, Output = Self>
     + Mul<f64, Output = Self>
 {
+    /// The set.
+    type Lanes: Lanes<D = Self>;
+
+    /// The set, of which a number is the proof.
+    fn lanes(self) -> Self::Lanes;
+    /// The square root.
+    fn sqrt(self) -> Self;
+    /// Where it is less; nowhere beside NaN.
+    fn lt(self, other: Self) -> <Self::Lanes as Lanes>::M;
+    /// The upper 32 of the 64 bits, rounded to the nearest.
+    fn upper_half(self) -> <Self::Lanes as Lanes>::U;
+    /// The number with these upper bits, and zeros below.
+    fn of_upper_half(bits: <Self::Lanes as Lanes>::U) -> Self;
 }
 
-/// A whole number in each lane.
-pub trait Unsigned: Copy + Debug {
+/// A whole number in each lane. Shifts are by less than 32.
+pub trait Unsigned:
+    Copy
+    + Debug
+    + BitAnd<Output = Self>
+    + BitOr<Output = Self>
+    + BitXor<Output = Self>
+    + Shl<u32, Output = Self>
+    + Shr<u32, Output = Self>
+{
     /// The set.
     type Lanes: Lanes<U = Self>;
 
+    /// The set, of which a number is the proof.
+    fn lanes(self) -> Self::Lanes;
     /// Writes them to the first N places.
     ///
     /// # Panics
     /// If there are fewer.
     fn store(self, to: &mut [u32]);
+    /// Writes those where the condition holds to the first places, in their order, and anything to the rest of N.
+    ///
+    /// # Panics
+    /// If there are fewer places than lanes.
+    fn compress(self, which: <Self::Lanes as Lanes>::M, to: &mut [u32]);
+    /// The sum modulo 2³².
+    fn wrapping_add(self, other: Self) -> Self;
+    /// The product modulo 2³².
+    fn wrapping_mul(self, other: Self) -> Self;
+    /// The lower and the upper half of the product with the same number in all lanes.
+    fn wide_mul(self, other: u32) -> (Self, Self);
+    /// Its bits the other way round.
+    fn reverse_bits(self) -> Self;
+    /// What the table has at the place that the last four bits say.
+    fn lookup(self, table: &[u32; 16]) -> Self;
+    /// The nearest number, of whole ones below 2³¹.
+    fn to_f32(self) -> <Self::Lanes as Lanes>::F;
+    /// The same number.
+    fn to_f64(self) -> <Self::Lanes as Lanes>::D;
     /// Where it is less.
     fn lt(self, other: Self) -> <Self::Lanes as Lanes>::M;
     /// Where both are equal.
     fn eq(self, other: Self) -> <Self::Lanes as Lanes>::M;
+}
+
+/// A vector in each lane.
+pub trait Vector:
+    Copy
+    + Debug
+    + Add<Output = Self>
+    + Sub<Output = Self>
+    + Neg<Output = Self>
+    + Mul<Output = Self>
+    + Mul<<Self as Vector>::F, Output = Self>
+    + Div<<Self as Vector>::F, Output = Self>
+{
+    /// The set.
+    type Lanes: Lanes<V = Self, F = Self::F>;
+    /// What a coordinate is.
+    type F: Float<Lanes = Self::Lanes>;
+
+    /// What one lane has: that of the number `k` modulo N.
+    #[inline(always)]
+    fn lane(self, k: usize) -> [f32; 3] {
+        let ([x, y, z], k) = (self.coordinates(), k as u32);
+        [x.lane(k), y.lane(k), z.lane(k)]
+    }
+    /// From its coordinates.
+    fn new(x: Self::F, y: Self::F, z: Self::F) -> Self;
+    /// Its coordinates.
+    fn coordinates(self) -> [Self::F; 3];
+    /// x x' + y y' + z z', summed in this order.
+    fn dot(self, other: Self) -> Self::F;
+    /// The same direction with length 1: the vector times the reciprocal of its length.
+    fn normalize(self) -> Self;
+    /// Each coordinate without its sign.
+    fn abs(self) -> Self;
+    /// The largest coordinate.
+    fn max_element(self) -> Self::F;
+    /// The smallest coordinate.
+    fn min_element(self) -> Self::F;
 }
 
 /// A condition in each lane.
@@ -201,6 +354,27 @@ pub trait Mask: Copy + Debug + BitAnd<Output = Self> + BitOr<Output = Self> + No
     #[inline(always)]
     fn any(self) -> bool {
         self.bits() != 0
+    }
+
+    /// The numbers of the lanes in which it holds.
+    #[inline(always)]
+    fn lanes(self) -> Set {
+        Set(self.bits())
+    }
+}
+
+/// The numbers of some lanes, from the first on.
+#[derive(Clone, Copy, Debug)]
+pub struct Set(u32);
+
+impl Iterator for Set {
+    type Item = usize;
+
+    #[inline(always)]
+    fn next(&mut self) -> Option<usize> {
+        let next = self.0.trailing_zeros();
+        self.0 &= self.0.wrapping_sub(1);
+        (next < 32).then_some(next as usize)
     }
 }
 

@@ -8,10 +8,13 @@ use std::{
 
 use glam::{DVec3, Vec3};
 
-/// Linear RGB with Rec. 709 primaries: a radiance (W/(m² sr) or nit), an importance or a reflectance per channel.
+use crate::lanes::{Float, Lanes, Select, Vector};
+
+/// Linear RGB with Rec. 709 primaries: a radiance (W/(m² sr) or nit), an importance or a reflectance per channel. Its
+/// channels are those of a vector, in one lane or in several.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[repr(transparent)]
-pub struct Rgb(Vec3);
+pub struct Rgb<V = Vec3>(V);
 
 impl Rgb {
     /// Black, or nothing reflected.
@@ -73,18 +76,6 @@ impl Rgb {
         self.0.dot(Vec3::new(0.212_639, 0.715_169, 0.072_192))
     }
 
-    /// The largest channel.
-    #[inline(always)]
-    pub fn max_element(self) -> f32 {
-        self.0.max_element()
-    }
-
-    /// The smallest channel.
-    #[inline(always)]
-    pub fn min_element(self) -> f32 {
-        self.0.min_element()
-    }
-
     /// The sum of the channels.
     #[inline(always)]
     pub fn element_sum(self) -> f32 {
@@ -103,12 +94,6 @@ impl Rgb {
     #[must_use]
     pub fn min(self, other: Self) -> Self {
         Self(self.0.min(other.0))
-    }
-
-    /// Whether every channel is finite.
-    #[inline(always)]
-    pub fn is_finite(self) -> bool {
-        self.0.is_finite()
     }
 
     /// Whether a channel is no number.
@@ -143,6 +128,69 @@ impl Rgb {
     #[must_use]
     pub fn map(self, f: impl Fn(f32) -> f32) -> Self {
         Self(self.0.map(f))
+    }
+}
+
+impl<V: Vector> Rgb<V> {
+    /// From its channels, as a vector's coordinates.
+    #[inline(always)]
+    pub fn of(channels: V) -> Self {
+        Self(channels)
+    }
+
+    /// Its channels, as a vector's coordinates.
+    #[inline(always)]
+    pub fn channels(self) -> V {
+        self.0
+    }
+
+    /// That of the lane `k`.
+    #[inline(always)]
+    pub fn lane(self, k: usize) -> Rgb {
+        let [r, g, b] = self.0.coordinates();
+        let k = k as u32;
+        Rgb::new(r.lane(k), g.lane(k), b.lane(k))
+    }
+
+    /// The same, so many times as bright.
+    #[inline(always)]
+    #[must_use]
+    pub fn times(self, scale: V::F) -> Self {
+        Self(self.0 * scale)
+    }
+
+    /// `yes` where the condition holds, `no` elsewhere.
+    #[inline(always)]
+    pub fn select(which: <V::Lanes as Lanes>::M, yes: Self, no: Self) -> Self {
+        Self(which.select(yes.0, no.0))
+    }
+
+    /// The largest channel.
+    #[inline(always)]
+    pub fn max_element(self) -> V::F {
+        self.0.max_element()
+    }
+
+    /// The smallest channel.
+    #[inline(always)]
+    pub fn min_element(self) -> V::F {
+        self.0.min_element()
+    }
+
+    /// Whether every channel is finite.
+    #[inline(always)]
+    pub fn is_finite(self) -> <V::Lanes as Lanes>::M {
+        let [r, g, b] = self.0.abs().coordinates();
+        let infinity = r.lanes().splat(f32::INFINITY);
+        r.lt(infinity) & g.lt(infinity) & b.lt(infinity)
+    }
+
+    /// Whether every channel is zero.
+    #[inline(always)]
+    pub fn is_black(self) -> <V::Lanes as Lanes>::M {
+        let [r, g, b] = self.0.coordinates();
+        let zero = r.lanes().splat(0.0);
+        r.eq(zero) & g.eq(zero) & b.eq(zero)
     }
 }
 
@@ -183,9 +231,23 @@ impl Index<usize> for Rgb {
     }
 }
 
-/// Operators between colours, and with what scales all channels.
+/// Operators between colours in any lanes.
+macro_rules! in_lanes {
+    ($($Operator:ident $operator:ident)*) => {$(
+        impl<V: Vector> $Operator for Rgb<V> {
+            type Output = Self;
+
+            #[inline(always)]
+            fn $operator(self, other: Self) -> Self {
+                Self(self.0.$operator(other.0))
+            }
+        }
+    )*};
+}
+
+/// Operators between a colour and a number or a colour.
 macro_rules! operators {
-    ($($Operator:ident $operator:ident $Assign:ident $assign:ident $Other:ty, |$other:ident| $of_other:expr;)*) => {$(
+    ($($Operator:ident $operator:ident $Other:ty, |$other:ident| $of_other:expr;)*) => {$(
         impl $Operator<$Other> for Rgb {
             type Output = Self;
 
@@ -194,7 +256,12 @@ macro_rules! operators {
                 Self(self.0.$operator($of_other))
             }
         }
+    )*};
+}
 
+/// The same that assign.
+macro_rules! assigning {
+    ($($Assign:ident $assign:ident $Other:ty, |$other:ident| $of_other:expr;)*) => {$(
         impl $Assign<$Other> for Rgb {
             #[inline(always)]
             fn $assign(&mut self, $other: $Other) {
@@ -204,13 +271,21 @@ macro_rules! operators {
     )*};
 }
 
+in_lanes!(Add add Sub sub Mul mul);
+
 operators! {
-    Add add AddAssign add_assign Rgb, |other| other.0;
-    Sub sub SubAssign sub_assign Rgb, |other| other.0;
-    Mul mul MulAssign mul_assign Rgb, |other| other.0;
-    Div div DivAssign div_assign Rgb, |other| other.0;
-    Mul mul MulAssign mul_assign f32, |scale| scale;
-    Div div DivAssign div_assign f32, |scale| scale;
+    Div div Rgb, |other| other.0;
+    Mul mul f32, |scale| scale;
+    Div div f32, |scale| scale;
+}
+
+assigning! {
+    AddAssign add_assign Rgb, |other| other.0;
+    SubAssign sub_assign Rgb, |other| other.0;
+    MulAssign mul_assign Rgb, |other| other.0;
+    DivAssign div_assign Rgb, |other| other.0;
+    MulAssign mul_assign f32, |scale| scale;
+    DivAssign div_assign f32, |scale| scale;
 }
 
 impl Mul<Rgb> for f32 {

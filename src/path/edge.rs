@@ -1,8 +1,7 @@
 //! Edges: the geometry between two vertices, computed once and used by G, T and every density.
 
-use glam::Vec3;
-
 use crate::{
+    lanes::{Float, Lanes, One, Vector},
     sampling::{PdfArea, PdfSolidAngle},
     scene::point::{Place, Point},
 };
@@ -16,35 +15,36 @@ use crate::{
 /// V and α are here because densities need it: a walk along the edge passes what lies between with probability V, and
 /// stops at the far end with that end's α.
 #[derive(Clone, Copy, Debug)]
-pub struct Edge {
+pub struct Edge<L: Lanes = One> {
     /// The unit direction from a to b.
-    pub direction: Vec3,
+    pub direction: L::V,
     /// |a − b|², m²; 1 if an end is infinite or an orthographic film.
-    pub distance_squared: f32,
+    pub distance_squared: L::F,
     /// |cos θ_a| against a's geometric normal; 1 if a has none.
-    pub cos_a: f32,
+    pub cos_a: L::F,
     /// |cos θ_b| against b's geometric normal; 1 if b has none.
-    pub cos_b: f32,
+    pub cos_b: L::F,
     /// α at a.
-    pub alpha_a: f32,
+    pub alpha_a: L::F,
     /// α at b.
-    pub alpha_b: f32,
+    pub alpha_b: L::F,
     /// V(a↔b) in [0, 1]: the product of 1 − α over what the segment crosses.
-    pub visibility: f32,
+    pub visibility: L::F,
 }
 
-impl Edge {
+impl<L: Lanes> Edge<L> {
     /// The edge between two points, at most one of them infinite (and the other then perhaps on a film), with V = 1.
     #[inline(always)]
-    pub fn between(a: &Point, b: &Point) -> Self {
+    pub fn between<B>(a: &Point<L, B>, b: &Point<L, B>) -> Self {
+        let one = a.alpha.lanes().splat(1.0);
         let (direction, distance_squared) = match (a.place, b.place) {
-            (Place::Film, _) => (a.normal, 1.0),
-            (_, Place::Film) => (-b.normal, 1.0),
-            (_, Place::Infinite) => (b.position, 1.0),
-            (Place::Infinite, _) => (-a.position, 1.0),
+            (Place::Film, _) => (a.normal, one),
+            (_, Place::Film) => (-b.normal, one),
+            (_, Place::Infinite) => (b.position, one),
+            (Place::Infinite, _) => (-a.position, one),
             _ => {
                 let ab = b.position - a.position;
-                let d2 = ab.length_squared();
+                let d2 = ab.dot(ab);
                 (ab / d2.sqrt(), d2)
             }
         };
@@ -55,7 +55,7 @@ impl Edge {
             cos_b: cos_at(b, direction),
             alpha_a: a.alpha,
             alpha_b: b.alpha,
-            visibility: 1.0,
+            visibility: one,
         }
     }
 
@@ -74,24 +74,24 @@ impl Edge {
 
     /// G(a↔b)/V(a↔b) = |cos θ_a| |cos θ_b| / |a − b|², 1/m² (lecture, *The rendering equation: area form*).
     #[inline(always)]
-    pub fn geometry_factor(&self) -> f32 {
+    pub fn geometry_factor(&self) -> L::F {
         self.cos_a * self.cos_b / self.distance_squared
     }
 }
 
 #[inline(always)]
-fn cos_at(p: &Point, w: Vec3) -> f32 {
+fn cos_at<L: Lanes, B>(p: &Point<L, B>, w: L::V) -> L::F {
     match p.place {
         Place::Surface => p.normal.dot(w).abs(),
-        Place::Degenerate | Place::Infinite | Place::Film => 1.0,
+        Place::Degenerate | Place::Infinite | Place::Film => p.alpha.lanes().splat(1.0),
     }
 }
 
-impl PdfSolidAngle {
+impl<F: Float> PdfSolidAngle<F> {
     /// The area density with which a walk that samples a direction at a arrives at the edge's far end b:
     /// p_ω V α_b |cos θ_b| / |a − b|² (lecture, dω = cos θ/r² dA; it passes what lies between, and stops at b).
     #[inline(always)]
-    pub fn to_area(self, edge: &Edge) -> PdfArea {
+    pub fn to_area(self, edge: &Edge<F::Lanes>) -> PdfArea<F> {
         PdfArea(self.0 * (edge.visibility * edge.alpha_b) * edge.cos_b / edge.distance_squared)
     }
 }

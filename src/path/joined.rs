@@ -2,51 +2,22 @@
 
 use std::cmp::Ordering;
 
-use glam::Vec3;
-
 use super::{
     Densities, Edge, Heuristic, Path, RivalSum, Rivals, Step, Strategy, Subpath, Technique, Techniques, Vertex,
-    absorption::connecting_transmittance, mis_weight, vertex::scatter,
+    absorption::connecting_transmittance, joint::Joint, mis_weight,
 };
 use crate::{
+    lanes::One,
     math::{Frame, Rgb},
-    sampling::{PdfArea, PdfSolidAngle},
+    sampling::PdfArea,
     scene::{
         Scene,
-        bsdf::{Lobe, ScatterEvent},
+        bsdf::ScatterEvent,
         camera::Raster,
         point::{Place, Point},
         tilt::Tilt,
     },
 };
-
-/// What the connection of two prefixes changes, in slots of its own: nothing of the prefixes is touched to evaluate it.
-///
-/// Of the densities along the path only four depend on the connection: the last two camera vertices' from the light,
-/// and the last two light vertices' from the camera.
-#[derive(Clone, Copy, Debug)]
-pub struct Joint {
-    /// The factors of F between the prefixes: f̂ V⁻¹G f̂ for inner connections, with W_e or L_e at a path's end; L_e
-    /// alone for s = 0. α cancels where a walk stopped; at an end that was sampled on its own it is in L_e.
-    value: Rgb,
-    /// V of the connecting edge, 1 until [`JoinedPath::seen`] has found it; it is in this joint's densities.
-    visibility: f32,
-    /// c_t and c_{t+1}.
-    camera_density: [PdfArea; 2],
-    /// l_{t−1} and l_{t−2}.
-    light_density: [PdfArea; 2],
-    next_event_ratio: f32,
-}
-
-/// One end of the connecting edge: everything there that depends on the edge's direction.
-struct Face {
-    /// f̂, or W_e or L_e at the end of a path.
-    value: Rgb,
-    /// The density of going across the edge from here.
-    across: PdfSolidAngle,
-    /// The density of arriving at this vertex's own predecessor from across the edge.
-    back: PdfArea,
-}
 
 /// A path that strategy (s,t) has found: a view, valid while both subpaths are.
 #[derive(Clone, Copy, Debug)]
@@ -66,20 +37,7 @@ impl<'a> JoinedPath<'a> {
         let [.., before, end] = camera else { return None };
         let p = &end.vertex.point;
         p.light?;
-        let to_camera = end.back.direction;
-        let value = scene.le(p, to_camera);
-        if value == Rgb::ZERO {
-            return None;
-        }
-        let lights = scene.lights();
-        let position = lights.pdf_position(p);
-        let joint = Joint {
-            value,
-            visibility: 1.0,
-            camera_density: [PdfArea::ZERO; 2],
-            light_density: [position, lights.pdf_direction(p, to_camera).to_area(&end.back)],
-            next_event_ratio: lights.pdf_next_event(p, &before.vertex.point).0 / position.0,
-        };
+        let joint = Joint::hit(scene, &before.vertex.point, end)?;
         let technique = Technique::Bidirectional(Strategy { s: 0, t: camera.len() as u32 });
         Some(Self { scene, camera, light: &[], joint, raster, technique })
     }
@@ -101,34 +59,14 @@ impl<'a> JoinedPath<'a> {
         if camera.len() == 1 && light.len() == 1 && y.vertex.point.light.is_some_and(unseen) {
             return None; // (1,1) does not show points and suns, which have no extent on the image
         }
-        let edge = Edge::between(&z.vertex.point, &y.vertex.point);
-        let (camera_face, raster) = if camera.len() == 1 {
-            let seen = scene.camera.look(&z.vertex.point, edge.direction)?;
-            (Face { value: Rgb::splat(seen.we), across: seen.pdf, back: PdfArea::ZERO }, seen.raster)
-        } else {
-            (camera_face(z, edge.direction), raster)
-        };
-        if camera_face.value == Rgb::ZERO {
-            return None;
+        let strategy = Strategy { s: light.len() as u32, t: camera.len() as u32 };
+        let mut joint = Joint::connect(scene, strategy, [z, y], next_event_ratio)?;
+        if scene.absorbing_media().is_some() {
+            let (z, y) = (&z.vertex.point, &y.vertex.point);
+            joint.value *= connecting_transmittance(scene, z, &Edge::between(z, y), y);
         }
-        let light_face = light_face(scene, light, -edge.direction);
-        let value = camera_face.value * light_face.value;
-        if value == Rgb::ZERO {
-            return None;
-        }
-        let value = match scene.absorbing_media() {
-            None => value,
-            Some(_) => value * connecting_transmittance(scene, &z.vertex.point, &edge, &y.vertex.point),
-        };
-        let joint = Joint {
-            value: value * edge.geometry_factor(),
-            visibility: 1.0,
-            camera_density: [camera_face.across.to_area(&edge), light_face.back],
-            light_density: [light_face.across.to_area(&edge.reversed()), camera_face.back],
-            next_event_ratio,
-        };
-        let technique = Technique::Bidirectional(Strategy { s: light.len() as u32, t: camera.len() as u32 });
-        Some(Self { scene, camera, light, joint, raster, technique })
+        let raster = joint.raster.map_or(raster, |raster| Raster(raster.into()));
+        Some(Self { scene, camera, light, joint, raster, technique: Technique::Bidirectional(strategy) })
     }
 
     /// What found it.
@@ -154,8 +92,7 @@ impl<'a> JoinedPath<'a> {
     /// connecting edge before [`JoinedPath::seen`]: what the path could contribute at most.
     #[inline(always)]
     pub fn contribution(&self) -> Rgb {
-        let light = self.light.last().map_or(Rgb::ONE, |y| y.beta);
-        self.camera[self.camera.len() - 1].beta * self.joint.value * light * self.joint.visibility
+        self.joint.contribution(self.camera[self.camera.len() - 1].beta, self.light.last().map(|y| y.beta))
     }
 
     /// w of the technique that found the path, summed over the whole table. Area sampling shares with nobody.
@@ -316,6 +253,11 @@ impl<'a> JoinedPath<'a> {
 
 impl Densities for JoinedPath<'_> {
     #[inline(always)]
+    fn lanes(&self) -> One {
+        One
+    }
+
+    #[inline(always)]
     fn edges(&self) -> u32 {
         self.strategy().edges()
     }
@@ -375,27 +317,6 @@ impl JoinedPath<'_> {
     }
 }
 
-#[inline(always)]
-fn camera_face(z: &Step, to_light: Vec3) -> Face {
-    let scatter = scatter(&z.vertex.point, Lobe::Continuous, z.back.direction, to_light);
-    Face { value: scatter.f, across: scatter.to_light, back: scatter.to_camera.to_area(&z.back) }
-}
-
-#[inline(always)]
-fn light_face(scene: &Scene, light: &[Step], to_camera: Vec3) -> Face {
-    let y = &light[light.len() - 1];
-    if light.len() == 1 {
-        let p = &y.vertex.point;
-        return Face {
-            value: scene.le(p, to_camera) * p.alpha,
-            across: scene.lights().pdf_direction(p, to_camera),
-            back: PdfArea::ZERO,
-        };
-    }
-    let scatter = scatter(&y.vertex.point, Lobe::Continuous, to_camera, y.back.direction);
-    Face { value: scatter.f, across: scatter.to_camera, back: scatter.to_light.to_area(&y.back) }
-}
-
 impl<'a> JoinedPath<'a> {
     /// s = 1, t ≥ 2: connects a camera prefix to a next-event vertex with its next-event density.
     #[inline(always)]
@@ -424,8 +345,14 @@ impl<'a> JoinedPath<'a> {
             step.back.visibility = *v as f32;
         }
         let nothing = [PdfArea::ZERO; 2];
-        let joint =
-            Joint { value, visibility: 1.0, camera_density: nothing, light_density: nothing, next_event_ratio: 1.0 };
+        let joint = Joint {
+            value,
+            visibility: 1.0,
+            camera_density: nothing,
+            light_density: nothing,
+            next_event_ratio: 1.0,
+            raster: None,
+        };
         let technique = Technique::Area;
         (value != Rgb::ZERO).then_some(Self { scene, camera: steps, light: &[], joint, raster, technique })
     }

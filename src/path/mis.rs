@@ -1,7 +1,10 @@
 //! Multiple importance sampling: the weight of a strategy as a pure sum over two arrays of densities (Veach 9.2, 10.2).
 
 use super::{Strategy, Techniques};
-use crate::sampling::PdfArea;
+use crate::{
+    lanes::{Float, Lanes, One, Select},
+    sampling::PdfArea,
+};
 
 /// How the strategies that could have found a path share it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -19,50 +22,59 @@ pub enum Heuristic {
 ///
 /// With c_i = `camera_density(i)` and l_i = `light_density(i)`, strategy (s,t) has density p_{s,t} = Π_{i<t} c_i
 /// Π_{i≥t} l_i, except that p_{1,t≥2} has the next-event density of p_n in place of the emission density l_n.
-pub trait Densities {
+pub trait Densities<L: Lanes = One> {
+    /// The lanes in which there is a path each, of the same length and found by the same strategy.
+    fn lanes(&self) -> L;
     /// n, the path's length in edges.
     fn edges(&self) -> u32;
     /// c_i: the density of p_i when sampled from p_{i−1}; of interest for i ≥ 1.
-    fn camera_density(&self, i: u32) -> PdfArea;
+    fn camera_density(&self, i: u32) -> PdfArea<L::F>;
     /// l_i: the density of p_i when sampled from p_{i+1}; l_n is the emission density of the light's point.
-    fn light_density(&self, i: u32) -> PdfArea;
+    fn light_density(&self, i: u32) -> PdfArea<L::F>;
     /// Next-event density of p_n given p_{n−1}, over its emission density l_n.
-    fn next_event_ratio(&self) -> f32;
+    fn next_event_ratio(&self) -> L::F;
     /// Whether p_i passes a delta lobe, so that no edge can be connected to it. Its densities still are in the
     /// products.
-    fn is_delta(&self, i: u32) -> bool;
+    fn is_delta(&self, i: u32) -> L::M;
     /// Whether a ray can meet the light at p_n: point lights and suns are neither hit nor seen directly.
-    fn light_is_hittable(&self) -> bool;
+    fn light_is_hittable(&self) -> L::M;
     /// Whether both p_0 and p_n are directions alone (an orthographic camera and an environment), which (1,1) cannot
     /// join.
-    fn ends_are_directions(&self) -> bool;
+    fn ends_are_directions(&self) -> L::M;
 }
 
 /// n_{s,t} of a strategy as far as it could have found this path, zero where it could not;
 /// for s = 1 it carries the ratio of next-event to emission density, so that ratios of products may use l_n throughout.
 #[inline(always)]
-pub(super) fn effective_count(path: &impl Densities, strategy: Strategy, techniques: &Techniques) -> f32 {
-    let count = techniques.count(strategy);
+pub(super) fn effective_count<L: Lanes>(path: &impl Densities<L>, strategy: Strategy, techniques: &Techniques) -> L::F {
+    let lanes = path.lanes();
+    let (count, zero) = (techniques.count(strategy), lanes.splat(0.0));
     if count == 0.0 {
-        return 0.0;
+        return zero;
     }
     let Strategy { s, t } = strategy;
     let n = path.edges();
-    let delta = (s >= 1 && t >= 2 && path.is_delta(t - 1)) || (s >= 2 && path.is_delta(t));
-    let unseen = (s == 0 || n == 1) && !path.light_is_hittable();
-    let unmatched = s == 1 && n == 1 && path.ends_are_directions();
-    if delta || unseen || unmatched {
-        0.0
-    } else if s == 1 && t >= 2 {
-        count * path.next_event_ratio()
-    } else {
-        count
+    let mut impossible = lanes.mask(0);
+    if s >= 1 && t >= 2 {
+        impossible = impossible | path.is_delta(t - 1);
     }
+    if s >= 2 {
+        impossible = impossible | path.is_delta(t);
+    }
+    if s == 0 || n == 1 {
+        impossible = impossible | !path.light_is_hittable();
+    }
+    if s == 1 && n == 1 {
+        impossible = impossible | path.ends_are_directions();
+    }
+    let next_event = s == 1 && t >= 2;
+    let count = if next_event { path.next_event_ratio() * count } else { lanes.splat(count) };
+    impossible.select(zero, count)
 }
 
 /// n of a strategy over the n, of which `per_own` is the reciprocal, of the one that found the path.
 #[inline(always)]
-pub(super) fn count_ratio(count: f32, per_own: f32) -> f32 {
+pub(super) fn count_ratio<F: Float>(count: F, per_own: F) -> F {
     count * per_own
 }
 
@@ -217,6 +229,9 @@ mod tests {
     }
 
     impl Densities for Arbitrary {
+        fn lanes(&self) -> One {
+            One
+        }
         fn edges(&self) -> u32 {
             self.camera.len() as u32 - 1
         }

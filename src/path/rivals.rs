@@ -10,7 +10,10 @@ use super::{
     Densities, Heuristic, Strategy, Techniques,
     mis::{count_ratio, effective_count},
 };
-use crate::sampling::PdfArea;
+use crate::{
+    lanes::{Double, Float, Lanes, Select, Unsigned},
+    sampling::PdfArea,
+};
 
 /// What a table has against strategies further on, from both sides: the counts of the running sums.
 #[derive(Clone, Debug)]
@@ -41,7 +44,7 @@ enum Exponent {
 
 impl Exponent {
     #[inline(always)]
-    fn of(self, x: f64) -> f64 {
+    fn of<D: Double>(self, x: D) -> D {
         match self {
             Self::One => x,
             Self::Two => x * x,
@@ -50,13 +53,16 @@ impl Exponent {
 
     /// (x^β + y^β)^{1/β} for numbers of any size.
     #[inline(always)]
-    fn sum(self, x: f64, y: f64) -> f64 {
+    fn sum<D: Double>(self, x: D, y: D) -> D {
         match self {
             Self::One => x + y,
             Self::Two => {
-                let (small, large) = if x < y { (x, y) } else { (y, x) };
+                let lanes = x.lanes();
+                let less = x.lt(y);
+                let (small, large) = (less.select(x, y), less.select(y, x));
                 // Neither square has to be a number.
-                if small > 0.0 { large * (1.0 + (small / large).powi(2)).sqrt() } else { large }
+                let ratio = small / large;
+                lanes.splat_d(0.0).lt(small).select(large * (lanes.splat_d(1.0) + ratio * ratio).sqrt(), large)
             }
         }
     }
@@ -69,28 +75,37 @@ impl Exponent {
 /// in a row may have a ratio as large as densities can be apart; 21 bits are left of it, an error of up to 2⁻²¹ at each
 /// vertex, in the four bytes that a vertex has for it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct RivalSum(u32);
+pub struct RivalSum<U = u32>(U);
 
 impl RivalSum {
     /// No rivals.
     pub const ZERO: Self = Self(0);
+}
+
+impl<U: Unsigned> RivalSum<U> {
+    /// No rivals.
+    #[inline(always)]
+    pub fn none(lanes: U::Lanes) -> Self {
+        Self(lanes.splat_u(0))
+    }
 
     /// The nearest to a number of at least 0, which does not round to infinity.
     #[inline(always)]
-    fn nearest(root: f64) -> Self {
-        Self(((root.min(1e308).to_bits() + (1 << 31)) >> 32) as u32)
+    fn nearest(root: <U::Lanes as Lanes>::D) -> Self {
+        let most = root.lanes().splat_d(1e308);
+        Self(root.lt(most).select(root, most).upper_half())
     }
 
     #[inline(always)]
-    fn root(self) -> f64 {
-        f64::from_bits(u64::from(self.0) << 32)
+    fn root(self) -> <U::Lanes as Lanes>::D {
+        Double::of_upper_half(self.0)
     }
 }
 
 /// How much the densities from two sides differ. Of two floats it may be as large as 10⁸³.
 #[inline(always)]
-fn ratio(other: PdfArea, own: PdfArea) -> f64 {
-    f64::from(other.0) / f64::from(own.0)
+fn ratio<F: Float>(other: PdfArea<F>, own: PdfArea<F>) -> <F::Lanes as Lanes>::D {
+    other.0.to_f64() / own.0.to_f64()
 }
 
 impl RunningSum {
@@ -104,12 +119,22 @@ impl RunningSum {
     /// side and from its own, and `connects` is how many times its j-th edge, between the vertices j−1 and j, counts as
     /// one that can be connected (the table's count apart).
     #[inline(always)]
-    pub(super) fn next(&self, j: usize, [other, own]: [PdfArea; 2], connects: f32, before: RivalSum) -> RivalSum {
+    pub(super) fn next<F: Float>(
+        &self,
+        j: usize,
+        [other, own]: [PdfArea<F>; 2],
+        connects: F,
+        before: RivalSum<<F::Lanes as Lanes>::U>,
+    ) -> RivalSum<<F::Lanes as Lanes>::U> {
+        let lanes = connects.lanes();
         let count = self.counts.get(j).copied().unwrap_or(0.0);
-        let all = self.exponent.sum(f64::from(count * connects), before.root());
+        let all = self.exponent.sum((connects * count).to_f64(), before.root());
         let ratio = ratio(other, own);
-        // A ratio may be infinite, and may be no number; neither makes anything of no rival.
-        if ratio > 0.0 && all > 0.0 { RivalSum::nearest(ratio * all) } else { RivalSum::ZERO }
+        // A ratio may be infinite, and may be NaN; neither makes anything of no rival.
+        let zero = lanes.splat_d(0.0);
+        let some = zero.lt(ratio) & zero.lt(all);
+        let next = RivalSum::<<F::Lanes as Lanes>::U>::nearest(ratio * all);
+        RivalSum(some.select(next.0, lanes.splat_u(0)))
     }
 }
 
@@ -144,35 +169,37 @@ impl Rivals {
     /// [`mis_weight`](super::mis_weight) from the running sums: `towards_camera` is that of p_{t−3}, `towards_light`
     /// that of p_{t+2}, zero where there is no such vertex in its subpath.
     #[inline(always)]
-    pub fn weight(
+    pub fn weight<L: Lanes>(
         &self,
-        path: &impl Densities,
+        path: &impl Densities<L>,
         strategy: Strategy,
         techniques: &Techniques,
-        [towards_camera, towards_light]: [RivalSum; 2],
-    ) -> f32 {
+        [towards_camera, towards_light]: [RivalSum<L::U>; 2],
+    ) -> L::F {
+        let lanes = path.lanes();
         let n = path.edges();
         let t = strategy.t;
         let exponent = self.camera.exponent;
+        let (zero, one) = (lanes.splat_d(0.0), lanes.splat_d(1.0));
         let count = |t: u32| effective_count(path, Strategy { s: n + 1 - t, t }, techniques);
-        let per_own = 1.0 / count(t);
-        let near = |t: u32| f64::from(count_ratio(count(t), per_own));
+        let per_own = lanes.splat(1.0) / count(t);
+        let near = |t: u32| count_ratio(count(t), per_own).to_f64();
         let range = techniques.range(n);
         // Up to two vertices move from one side to the other, and with them all further rivals. Each summand is
         // multiplied out before it is squared: then one beyond f64 leaves nothing to the others, and one below it is
         // nothing to them.
         let term =
-            |ratio: f64, rivals: f64| if ratio > 0.0 && rivals > 0.0 { exponent.of(ratio * rivals) } else { 0.0 };
-        let further = |sum: RivalSum| f64::from(count_ratio(self.unit, per_own)) * sum.root();
+            |ratio: L::D, rivals: L::D| (zero.lt(ratio) & zero.lt(rivals)).select(exponent.of(ratio * rivals), zero);
+        let further = |sum: RivalSum<L::U>| count_ratio(lanes.splat(self.unit), per_own).to_f64() * sum.root();
         let up = |i: u32| ratio(path.camera_density(i), path.light_density(i));
         let down = |i: u32| ratio(path.light_density(i), path.camera_density(i));
-        let (mut lower_s, mut higher_s) = (0.0, 0.0);
+        let (mut lower_s, mut higher_s) = (zero, zero);
         if t < *range.end() {
             let first = up(t);
             lower_s = term(first, near(t + 1));
             if t + 1 < *range.end() {
                 let second = first * up(t + 1);
-                lower_s += term(second, near(t + 2)) + term(second, further(towards_light));
+                lower_s = lower_s + (term(second, near(t + 2)) + term(second, further(towards_light)));
             }
         }
         if t > *range.start() {
@@ -180,10 +207,10 @@ impl Rivals {
             higher_s = term(first, near(t - 1));
             if t - 1 > *range.start() {
                 let second = first * down(t - 2);
-                higher_s += term(second, near(t - 2)) + term(second, further(towards_camera));
+                higher_s = higher_s + (term(second, near(t - 2)) + term(second, further(towards_camera)));
             }
         }
-        (1.0 / (1.0 + lower_s + higher_s)) as f32
+        L::F::from_f64(one / (one + lower_s + higher_s))
     }
 }
 
@@ -197,11 +224,11 @@ mod tests {
         for exponent in -300..308 {
             for mantissa in [1.0, 1.234_567_890_123, 9.999_999_999_9] {
                 let root = mantissa * 10_f64.powi(exponent);
-                let off = (RivalSum::nearest(root).root() / root - 1.0).abs();
+                let off = (RivalSum::<u32>::nearest(root).root() / root - 1.0).abs();
                 assert!(off <= 2_f64.powi(-21), "{root:e}: off by {off:e}");
             }
         }
-        let most = RivalSum::nearest(f64::INFINITY).root();
+        let most = RivalSum::<u32>::nearest(f64::INFINITY).root();
         assert!((9.9e307..f64::INFINITY).contains(&most), "{most:e}");
     }
 

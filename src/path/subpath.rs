@@ -3,10 +3,11 @@
 use glam::{Vec2, Vec3};
 
 use super::{
-    Edge, RivalSum, Roulette, RunningSum, Step, Vertex, absorption::walked_transmittance, vertex::Unscattered,
+    RivalSum, Roulette, RunningSum, Step, Vertex,
+    absorption::walked_transmittance,
+    departure::{Departure, Rules},
 };
 use crate::{
-    math::Rgb,
     sampling::{Block, Chance, PdfArea, PdfSolidAngle, Sampler},
     scene::{
         Scene, Traced,
@@ -48,16 +49,6 @@ struct Way {
     roulette: Roulette,
     /// Of several walks with one sampler: the parts of a split camera subpath, the light subpaths of a pixel.
     branch: u32,
-}
-
-/// How a walk leaves its current vertex.
-struct Departure {
-    origin: Vec3,
-    direction: Vec3,
-    pdf: PdfSolidAngle,
-    /// The prefix of F/p, with everything at the vertex that it leaves.
-    beta: Rgb,
-    survival: f32,
 }
 
 impl Subpath {
@@ -329,16 +320,7 @@ impl Subpath {
     #[inline(always)]
     fn add(&mut self, scene: &Scene, departure: &Departure, point: Point, visibility: f32, transport: Transport) {
         let from = &self.room[self.len - 1].vertex.point;
-        let edge = Edge { visibility, ..Edge::between(from, &point) };
-        self.push(Step {
-            vertex: Vertex::new(point),
-            back: edge.reversed(),
-            beta: departure.beta,
-            pdf_fwd: departure.pdf.to_area(&edge),
-            pdf_rev: PdfArea::ZERO,
-            survival: departure.survival,
-            rivals: RivalSum::ZERO,
-        });
+        self.push(Step::arriving(departure, from, point, visibility));
         if let Some(media) = scene.media()
             && !self.inside.may_pass_over(media, &self.room[self.len - 1].vertex.point)
         {
@@ -387,53 +369,17 @@ impl Subpath {
     fn scatter(&mut self, Way { transport, roulette, .. }: Way, u: Vec3, survive: Chance) -> Option<Departure> {
         let edges = self.len as u32 - 1;
         let [.., before, here] = &mut self.room[..self.len] else { return None };
-        let known = here.back.direction;
-        let sample = match here.vertex.sample(self.directions, known, transport, u) {
-            Ok(sample) => sample,
-            Err(why) => {
-                self.lost_to_sides += u64::from(why == Unscattered::Sides);
-                return None;
-            }
-        };
-        here.vertex.lobe = sample.lobe;
-        let (fwd, rev) = sample.scatter.forward_reverse(transport);
-        before.pdf_rev = rev.to_area(&here.back);
-
-        let p = &here.vertex.point;
-        let cos = p.normal.dot(sample.direction).abs();
-        let ratio = sample.scatter.f * (cos / fwd.0);
-        let mut survival = here.survival;
-        // Radiance shrinks by η² on entering a medium and grows again on leaving it: no reason to stop inside.
-        let radiance_scale = || match transport {
-            Transport::Radiance => {
-                let (to_camera, to_light) = transport.sides(known, sample.direction);
-                here.vertex.relative_ior(to_camera, to_light).powi(2)
-            }
-            Transport::Importance => 1.0,
-        };
-        let kept = match roulette {
-            Roulette::Off => None,
-            Roulette::FromDepth(depth) => (edges >= depth).then(|| ratio.max_element() * radiance_scale()),
-            Roulette::ByThroughput(depth) => {
-                self.whole /= radiance_scale();
-                (edges >= depth).then(|| (here.beta * ratio).max_element() / self.whole)
-            }
-        };
-        if let Some(kept) = kept {
-            let q = kept.min(Roulette::SUREST);
-            // A ratio that is no number gives q = 0.95, for `min` passes over NaN: the walk goes on and the film counts
-            // it.
-            if !survive.falls_below(q) {
-                return None;
-            }
-            survival *= q;
+        let rules = Rules { transport, directions: self.directions, roulette };
+        let scattered = here.scatter(rules, edges, self.whole, u.to_array(), survive);
+        self.lost_to_sides += u64::from(scattered.lost_to_sides);
+        if !scattered.goes_on {
+            return None;
         }
-        let played = here.survival / survival;
-        let beta = here.beta * ratio * played;
-        if self.inside.is_at_boundary() && p.normal.dot(sample.direction) * p.normal.dot(known) < 0.0 {
+        (here.vertex.lobe, before.pdf_rev, self.whole) = (scattered.lobe, scattered.reverse, scattered.whole);
+        let n = here.vertex.point.normal;
+        if self.inside.is_at_boundary() && n.dot(scattered.departure.direction) * n.dot(here.back.direction) < 0.0 {
             self.inside.go_through();
         }
-        let origin = here.vertex.point.ray_origin(sample.direction);
-        Some(Departure { origin, direction: sample.direction, pdf: fwd, beta, survival })
+        Some(scattered.departure)
     }
 }

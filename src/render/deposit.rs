@@ -3,11 +3,11 @@
 use super::{Rays, Renderer};
 use crate::{
     film::{Film, Half},
-    integrator::Sink,
+    integrator::{Sink, WaveSink},
     layers::Layers,
     math::Rgb,
-    path::{Densities, JoinedPath},
-    scene::bsdf::Transport,
+    path::{Densities, JoinedPath, Strategy, Technique},
+    scene::{bsdf::Transport, camera::Raster},
 };
 
 /// Where the paths of a pass go.
@@ -47,6 +47,46 @@ pub(super) struct TaskSink<'a> {
     pub(super) destination: Destination<'a>,
 }
 
+impl WaveSink for TaskSink<'_> {
+    #[inline(always)]
+    fn deposit(&mut self, strategy: Strategy, raster: Raster, value: Rgb) {
+        let Renderer { settings, film, .. } = self.renderer;
+        if strategy.edges() < settings.min_depth {
+            return;
+        }
+        let value = settings.clamp.map_or(value, |most| value.min(Rgb::splat(most)));
+        if let Destination::Film { half, .. } = self.destination {
+            film.deposit(raster, value, half);
+        }
+    }
+
+    #[cold]
+    fn reject(&mut self, strategy: Strategy) {
+        self.count_rejected(Technique::Bidirectional(strategy));
+    }
+
+    #[inline(always)]
+    fn shadow_rays(&mut self, rays: usize) {
+        self.rays.visibility += rays as u64;
+    }
+
+    #[inline(always)]
+    fn walked(&mut self, transport: Transport, walks: usize) {
+        Sink::walked(self, transport, walks);
+    }
+
+    #[inline(always)]
+    fn lost_to_sides(&mut self, walks: usize) {
+        self.lost_to_sides += walks as u64;
+    }
+}
+
+impl TaskSink<'_> {
+    fn count_rejected(&mut self, technique: Technique) {
+        *self.renderer.rejected.lock().unwrap_or_else(|e| e.into_inner()).entry(technique).or_default() += 1;
+    }
+}
+
 impl Sink for TaskSink<'_> {
     #[inline(always)]
     fn deposit(&mut self, path: &JoinedPath, value: Rgb) {
@@ -73,7 +113,7 @@ impl Sink for TaskSink<'_> {
 
     #[cold]
     fn reject(&mut self, path: &JoinedPath, _value: Rgb) {
-        *self.renderer.rejected.lock().unwrap_or_else(|e| e.into_inner()).entry(path.technique()).or_default() += 1;
+        self.count_rejected(path.technique());
     }
 
     #[inline]

@@ -8,7 +8,11 @@ use crate::scene::camera::Sensor;
 
 /// The pixels of the image and of the padding around it.
 #[derive(Clone, Copy)]
-pub(super) struct PaddedImage(pub(super) Sensor);
+pub(super) struct PaddedImage {
+    pub(super) sensor: Sensor,
+    /// Of a tile: its side in pixels.
+    pub(super) side: u32,
+}
 
 /// A pixel of the padded image.
 #[derive(Clone, Copy)]
@@ -22,29 +26,52 @@ impl PaddedImage {
     /// threads.
     pub(super) const TILE: u32 = 16;
 
+    /// The same of one that is rendered in waves: as many paths as fill the queues well, and no more than a cache holds.
+    pub(super) const TILE_OF_WAVES: u32 = 32;
+
     /// The numbers of the tiles.
     pub(super) fn tiles(self) -> Range<u32> {
-        0..self.columns() * self.height().div_ceil(Self::TILE)
+        0..self.columns() * self.height().div_ceil(self.side)
     }
 
     fn columns(self) -> u32 {
-        self.width().div_ceil(Self::TILE)
+        self.width().div_ceil(self.side)
     }
 
     fn width(self) -> u32 {
-        self.0.width + 2 * self.0.padding
+        self.sensor.width + 2 * self.sensor.padding
     }
 
     fn height(self) -> u32 {
-        self.0.height + 2 * self.0.padding
+        self.sensor.height + 2 * self.sensor.padding
     }
 
     /// The pixels of a tile, row by row.
     pub(super) fn tile(self, tile: u32) -> impl Iterator<Item = Pixel> {
-        let (x0, y0) = (tile % self.columns() * Self::TILE, tile / self.columns() * Self::TILE);
-        let (x1, y1) = ((x0 + Self::TILE).min(self.width()), (y0 + Self::TILE).min(self.height()));
-        let padding = self.0.padding as i32;
-        (y0..y1).flat_map(move |y| (x0..x1).map(move |x| Pixel { x: x as i32 - padding, y: y as i32 - padding }))
+        let [[x0, x1], [y0, y1]] = self.extent(tile);
+        (y0..y1).flat_map(move |y| (x0..x1).map(move |x| self.pixel(x, y)))
+    }
+
+    /// The same, square by square, so that the rays of neighbouring lanes stay together.
+    pub(super) fn tile_in_squares(self, tile: u32) -> impl Iterator<Item = Pixel> {
+        const SIDE: u32 = 4;
+        let [[x0, x1], [y0, y1]] = self.extent(tile);
+        let squares =
+            (y0..y1).step_by(SIDE as usize).flat_map(move |y| (x0..x1).step_by(SIDE as usize).map(move |x| (x, y)));
+        squares.flat_map(move |(left, upper)| {
+            let rows = upper..(upper + SIDE).min(y1);
+            rows.flat_map(move |y| (left..(left + SIDE).min(x1)).map(move |x| self.pixel(x, y)))
+        })
+    }
+
+    fn extent(self, tile: u32) -> [[u32; 2]; 2] {
+        let (x, y) = (tile % self.columns() * self.side, tile / self.columns() * self.side);
+        [[x, (x + self.side).min(self.width())], [y, (y + self.side).min(self.height())]]
+    }
+
+    fn pixel(self, x: u32, y: u32) -> Pixel {
+        let padding = self.sensor.padding as i32;
+        Pixel { x: x as i32 - padding, y: y as i32 - padding }
     }
 }
 

@@ -2,6 +2,8 @@
 
 use glam::Vec2;
 
+use crate::lanes::{Double, Float, Lanes, Unsigned};
+
 /// A uniformly distributed integer below [`Choice::COUNT`], from which one of many is chosen.
 ///
 /// To choose is to divide the integers among what there is to choose from. A float would do for a few alternatives of
@@ -124,13 +126,22 @@ pub enum Part {
 
 /// A place in the unit square as two words: what two dimensions give, without rounding.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Square(pub [u32; 2]);
+pub struct Square<U = u32>(pub [U; 2]);
+
+impl<U: Unsigned> Square<U> {
+    /// Its coordinates in floats below 1.
+    #[inline(always)]
+    pub fn coordinates(self) -> [<U::Lanes as Lanes>::F; 2] {
+        let [x, y] = self.0;
+        [unit(x), unit(y)]
+    }
+}
 
 impl Square {
     /// The place in floats below 1.
     #[inline(always)]
     pub fn place(self) -> Vec2 {
-        Vec2::new(unit(self.0[0]), unit(self.0[1]))
+        self.coordinates().into()
     }
 
     /// Both coordinates as choices, for a place that is chosen among many: the bits below the words are those that
@@ -151,21 +162,21 @@ impl From<Vec2> for Square {
 
 /// A number that decides whether something of a given probability happens.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Chance(pub u32);
+pub struct Chance<U = u32>(pub U);
 
-impl Chance {
+impl<U: Unsigned> Chance<U> {
     /// Whether what has this probability happens: for an even one of 2³² numbers, to within 2⁻³². Never if it is 0, and
     /// always if it is 1.
     #[inline(always)]
-    pub fn falls_below(self, probability: f32) -> bool {
-        f64::from(self.0) < f64::from(probability) * (1_u64 << 32) as f64
+    pub fn falls_below(self, probability: <U::Lanes as Lanes>::F) -> <U::Lanes as Lanes>::M {
+        self.0.to_f64().lt(probability.to_f64() * (1_u64 << 32) as f64)
     }
 }
 
 /// A word as a number in [0, 1): 24 bits fill an f32 exactly and can never round up to 1.
 #[inline(always)]
-pub fn unit(word: u32) -> f32 {
-    (word >> 8) as f32 * (1.0 / 16_777_216.0)
+pub fn unit<U: Unsigned>(word: U) -> <U::Lanes as Lanes>::F {
+    (word >> 8).to_f32() * (1.0 / 16_777_216.0)
 }
 
 /// Divides all integers among alternatives with these weights, and appends where the share of each begins to `begins`:

@@ -2,7 +2,7 @@
 
 use rand_philox::philox4x32_10;
 
-use super::{Block, Choice, Sampler, Stream};
+use super::{Block, Sampler, Stream};
 
 /// Independent uniform numbers from the counter-based generator Philox4x32-10
 /// (Salmon et al. 2011, *Parallel Random Numbers: As Easy as 1, 2, 3*).
@@ -43,9 +43,9 @@ impl Sampler for Independent {
 
     /// Two words.
     #[inline]
-    fn next_choice(&mut self) -> Choice {
+    fn next_choice_words(&mut self) -> [u32; 2] {
         let high = self.next_word();
-        Choice::of_words(high, self.next_word())
+        [high, self.next_word()]
     }
 }
 

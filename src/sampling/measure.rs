@@ -6,7 +6,7 @@
 /// becomes dω; of a vertex without extent (pinhole, point light) it is the coefficient of δ(p), without unit, and of an
 /// orthographic film that of δ(ω). Densities of one vertex always share their measure, so their ratio never has a unit.
 #[derive(Clone, Copy, Debug, PartialEq, PartialOrd)]
-pub struct PdfArea(pub f32);
+pub struct PdfArea<F = f32>(pub F);
 
 /// A probability density with respect to solid angle, in 1/sr.
 ///
@@ -17,7 +17,7 @@ pub struct PdfArea(pub f32);
 /// plane perpendicular to it, in 1/m²; together with the edge's squared distance of 1 it converts to area like any
 /// other.
 #[derive(Clone, Copy, Debug, PartialEq, PartialOrd)]
-pub struct PdfSolidAngle(pub f32);
+pub struct PdfSolidAngle<F = f32>(pub F);
 
 impl PdfArea {
     /// What cannot be sampled at all: a true zero, never remapped.

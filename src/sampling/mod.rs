@@ -3,6 +3,7 @@
 mod choice;
 mod discrete;
 mod filter;
+mod hashes;
 mod independent;
 mod measure;
 mod sampler;

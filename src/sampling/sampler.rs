@@ -5,16 +5,18 @@ use std::{fmt, str::FromStr};
 use glam::{Vec2, Vec3};
 
 use super::choice::{Chance, Choice, Square, unit};
+use crate::lanes::{Lanes, One};
 
-/// Numbers in [0, 1) for one sample of one pixel, taken dimension after dimension.
-pub trait Sampler: Clone {
+/// Numbers in [0, 1) for one sample of one pixel, taken dimension after dimension. In lanes, each has a sample of its
+/// own, and the same numbers as if it were alone.
+pub trait Sampler<L: Lanes = One>: Clone {
     /// The sequence of one sample of one pixel, before its first block. `pixel` is any number that names the pixel of
     /// the full image.
-    fn new(seed: u64, pixel: u32, sample: u32, stream: Stream) -> Self;
+    fn new(seed: u64, pixel: L::U, sample: L::U, stream: Stream) -> Self;
 
     /// The sequences of all streams, in their order.
     #[inline(always)]
-    fn streams(seed: u64, pixel: u32, sample: u32) -> [Self; 4] {
+    fn streams(seed: u64, pixel: L::U, sample: L::U) -> [Self; 4] {
         Stream::ALL.map(|stream| Self::new(seed, pixel, sample, stream))
     }
 
@@ -23,41 +25,71 @@ pub trait Sampler: Clone {
     fn start(&mut self, block: Block);
 
     /// The next dimension, as an integer.
-    fn next_word(&mut self) -> u32;
+    fn next_word(&mut self) -> L::U;
 
-    /// The next dimension, for choosing one of many: its word, and 32 more bits below it.
-    fn next_choice(&mut self) -> Choice;
+    /// The next dimension, for choosing one of many: its word, and a word of 32 more bits below it. Each lane's are a
+    /// [`Choice::of_words`].
+    fn next_choice_words(&mut self) -> [L::U; 2];
+
+    /// The next dimension, for choosing one of many.
+    #[inline(always)]
+    fn next_choice(&mut self) -> Choice
+    where
+        L: Lanes<U = u32>,
+    {
+        let [high, low] = self.next_choice_words();
+        Choice::of_words(high, low)
+    }
 
     /// The next dimension.
     #[inline(always)]
-    fn next_1d(&mut self) -> f32 {
+    fn next_1d(&mut self) -> L::F {
         unit(self.next_word())
     }
 
     /// The next dimension, for what happens or does not.
     #[inline(always)]
-    fn next_chance(&mut self) -> Chance {
+    fn next_chance(&mut self) -> Chance<L::U> {
         Chance(self.next_word())
     }
 
     /// The next two dimensions, for a place that may have to be chosen among many.
     #[inline(always)]
-    fn next_square(&mut self) -> Square {
+    fn next_square(&mut self) -> Square<L::U> {
         let x = self.next_word();
         Square([x, self.next_word()])
     }
 
     /// The next two dimensions.
     #[inline(always)]
-    fn next_2d(&mut self) -> Vec2 {
+    fn next_two(&mut self) -> [L::F; 2] {
         let x = self.next_1d();
-        Vec2::new(x, self.next_1d())
+        [x, self.next_1d()]
     }
 
     /// The next three dimensions.
     #[inline(always)]
-    fn next_3d(&mut self) -> Vec3 {
-        self.next_2d().extend(self.next_1d())
+    fn next_three(&mut self) -> [L::F; 3] {
+        let [x, y] = self.next_two();
+        [x, y, self.next_1d()]
+    }
+
+    /// The next two dimensions, as a vector.
+    #[inline(always)]
+    fn next_2d(&mut self) -> Vec2
+    where
+        L: Lanes<F = f32>,
+    {
+        self.next_two().into()
+    }
+
+    /// The next three dimensions, as a vector.
+    #[inline(always)]
+    fn next_3d(&mut self) -> Vec3
+    where
+        L: Lanes<F = f32>,
+    {
+        self.next_three().into()
     }
 }
 

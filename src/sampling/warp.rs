@@ -5,29 +5,50 @@ use std::f32::consts::{FRAC_1_PI, PI, TAU};
 use glam::{Vec2, Vec3};
 
 use super::PdfSolidAngle;
+use crate::lanes::{Float, Lanes, Select, Vector};
 
 /// A point of the unit disk, uniform in area, by the concentric map (Shirley & Chiu 1997). Density 1/π.
 #[inline(always)]
-pub fn disk(u: Vec2) -> Vec2 {
-    let v = 2.0 * u - Vec2::ONE;
-    if v == Vec2::ZERO {
-        return Vec2::ZERO;
-    }
-    let (r, phi) =
-        if v.x.abs() > v.y.abs() { (v.x, PI / 4.0 * (v.y / v.x)) } else { (v.y, PI / 2.0 - PI / 4.0 * (v.x / v.y)) };
-    r * Vec2::new(phi.cos(), phi.sin())
+pub fn disk<F: Float>([u, v]: [F; 2]) -> [F; 2] {
+    let (zero, one) = (u.lanes().splat(0.0), u.lanes().splat(1.0));
+    let (x, y) = (u * 2.0 - one, v * 2.0 - one);
+    // The angle from the nearer axis, at most π/4 either way.
+    let near_x = y.abs().lt(x.abs());
+    let r = near_x.select(x, y);
+    let angle = near_x.select(y, x) / r.eq(zero).select(one, r) * (PI / 4.0);
+    let (along, across) = (r * cosine(angle), r * sine(angle));
+    [near_x.select(along, across), near_x.select(across, along)]
+}
+
+/// sin x to an ulp for |x| ≤ π/4 (Moshier, *Cephes*, `sinf`): the same bits on every processor and system.
+#[inline(always)]
+fn sine<F: Float>(x: F) -> F {
+    let constant = |c| x.lanes().splat(c);
+    let z = x * x;
+    let p = (z * -1.951_529_6e-4 + constant(8.332_161e-3)) * z + constant(-0.166_666_55);
+    x + x * z * p
+}
+
+/// cos x to an ulp for |x| ≤ π/4 (Moshier, *Cephes*, `cosf`).
+#[inline(always)]
+fn cosine<F: Float>(x: F) -> F {
+    let constant = |c| x.lanes().splat(c);
+    let z = x * x;
+    let p = (z * 2.443_315_7e-5 + constant(-1.388_731_6e-3)) * z + constant(4.166_664_6e-2);
+    constant(1.0) - z * 0.5 + z * z * p
 }
 
 /// A unit vector around +z with density cos θ/π ([`cosine_hemisphere_pdf`]).
 #[inline(always)]
-pub fn cosine_hemisphere(u: Vec2) -> Vec3 {
-    let d = disk(u);
-    d.extend((1.0 - d.length_squared()).max(0.0).sqrt())
+pub fn cosine_hemisphere<F: Float>(u: [F; 2]) -> <F::Lanes as Lanes>::V {
+    let [x, y] = disk(u);
+    let (zero, one) = (x.lanes().splat(0.0), x.lanes().splat(1.0));
+    Vector::new(x, y, (one - (x * x + y * y)).max(zero).sqrt())
 }
 
 /// Density of [`cosine_hemisphere`] for a direction with |cos θ| = `cos`.
 #[inline(always)]
-pub fn cosine_hemisphere_pdf(cos: f32) -> PdfSolidAngle {
+pub fn cosine_hemisphere_pdf<F: Float>(cos: F) -> PdfSolidAngle<F> {
     PdfSolidAngle(cos * FRAC_1_PI)
 }
 
@@ -43,14 +64,38 @@ pub fn sphere(u: Vec2) -> Vec3 {
 /// Barycentric coordinates (of the second and third corner), uniform in the triangle's area
 /// (Heitz 2019, *A Low-Distortion Map Between Triangle and Square*).
 #[inline(always)]
-pub fn triangle(u: Vec2) -> Vec2 {
-    let mut b = u;
-    if b.y > b.x {
-        b.x *= 0.5;
-        b.y -= b.x;
-    } else {
-        b.y *= 0.5;
-        b.x -= b.y;
+pub fn triangle<F: Float>([u, v]: [F; 2]) -> [F; 2] {
+    let upper = u.lt(v);
+    let half = upper.select(u, v) * 0.5;
+    [upper.select(half, u - half), upper.select(v - half, half)]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn sines_and_cosines_are_right_to_an_ulp() {
+        for i in -10_000..=10_000 {
+            let x = i as f32 * (PI / 4.0 / 10_000.0);
+            let (sin, cos) = f64::from(x).sin_cos();
+            assert!((f64::from(sine(x)) - sin).abs() <= f64::from(f32::EPSILON) * sin.abs(), "sin {x}");
+            assert!((f64::from(cosine(x)) - cos).abs() <= f64::from(f32::EPSILON) * cos, "cos {x}");
+        }
     }
-    b
+
+    #[test]
+    fn the_disk_is_covered_evenly_and_once() {
+        // Of a fine grid each cell's image has the area π/n², by the cross product of its sides.
+        let n = 64;
+        let at = |i: u32, j: u32| disk([i as f32 / n as f32, j as f32 / n as f32]).map(f64::from);
+        for (i, j) in (0..n * n).map(|k| (k % n, k / n)) {
+            let [a, b, c, d] = [at(i, j), at(i + 1, j), at(i + 1, j + 1), at(i, j + 1)];
+            let area = 0.5 * ((c[0] - a[0]) * (d[1] - b[1]) - (d[0] - b[0]) * (c[1] - a[1]));
+            let share = area / (std::f64::consts::PI / f64::from(n * n));
+            assert!((share - 1.0).abs() < 0.05, "{i}, {j}: {share}");
+        }
+        assert_eq!(disk([0.5, 0.5]), [0.0, 0.0]);
+        assert!(disk([0.0, 0.0]).iter().all(|x| (x + 0.5_f32.sqrt()).abs() < 1e-6));
+    }
 }

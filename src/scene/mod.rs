@@ -33,6 +33,7 @@ use self::{
     point::{Place, Point},
 };
 use crate::{
+    lanes::Lanes,
     math::Rgb,
     sampling::{Choice, PdfArea, Square},
 };
@@ -211,6 +212,11 @@ impl Scene {
         self.trace_on(ray, skip, first, stops, alpha)
     }
 
+    /// Whether every ray stops at the first surface that it meets, also one from the camera.
+    pub(crate) fn is_all_there(&self) -> bool {
+        !self.see_through && self.all_is_there()
+    }
+
     /// Whether everything stops every ray, where it does not share its place.
     #[inline(always)]
     fn all_is_there(&self) -> bool {
@@ -276,7 +282,7 @@ impl Scene {
     #[inline(always)]
     pub fn visible(&self, a: &Point, b: &Point) -> f32 {
         let (a, b) = if a.place == Place::Infinite { (b, a) } else { (a, b) };
-        self.visibility(&segment(a, b), a, b, self.see_through, |hit| self.alpha(hit))
+        self.visibility(&Ray::joining(a, b), a, b, self.see_through, |hit| self.alpha(hit))
     }
 
     /// [`Self::visible`] of a point on the lens and one that it may see: the segment passes
@@ -287,7 +293,7 @@ impl Scene {
             return self.visible(lens, seen);
         }
         // The segment may run the other way.
-        let ray = segment(lens, seen);
+        let ray = Ray::joining(lens, seen);
         let w = if seen.place == Place::Infinite { seen.position } else { seen.position - lens.position };
         if seen.place == Place::Surface && self.is_culled(seen.primitive, seen.normal, w) {
             return 0.0;
@@ -343,7 +349,7 @@ impl Scene {
 
     /// L_e at `point` in the unit direction `w` away from it; see [`Lights::le`].
     #[inline(always)]
-    pub fn le(&self, point: &Point, w: Vec3) -> Rgb {
+    pub fn le<L: Lanes, B>(&self, point: &Point<L, B>, w: L::V) -> Rgb<L::V> {
         self.lights.le(point, w)
     }
 
@@ -463,17 +469,6 @@ impl Scene {
         }
         let fraction = |count| f32::from(count) / (SIDE * SIDE) as f32;
         FirstSight { specular: fraction(specular), back_faces: fraction(back_faces) }
-    }
-}
-
-/// The ray from just off `a` towards `b`, which may be infinite.
-#[inline(always)]
-fn segment(a: &Point, b: &Point) -> Ray {
-    if b.place == Place::Infinite {
-        Ray { origin: a.ray_origin(b.position), direction: b.position, t_max: f32::INFINITY }
-    } else {
-        let ab = b.position - a.position;
-        Ray::between(a.ray_origin(ab), b.ray_origin(-ab))
     }
 }
 

@@ -4,12 +4,15 @@ use glam::{Vec2, Vec3};
 
 use super::{
     alpha::left_by_others,
-    bsdf::{Bsdf, Diffuse},
-    geometry::{Geometry, PrimitiveId, Surface, offset_origin},
+    bsdf::{Bsdf, Bsdfs, Diffuse},
+    geometry::{Geometry, PrimitiveId, Ray, Surface, offset_origin},
     id::{LightId, MediumId},
     material::{Maps, Material, MaterialId},
 };
-use crate::math::Rgb;
+use crate::{
+    lanes::{Float, Lanes, One, Vector},
+    math::Rgb,
+};
 
 /// What kind of place a point is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -25,38 +28,39 @@ pub enum Place {
     Film,
 }
 
-/// A point of the scene with everything about it that does not depend on a path. World space, metres.
+/// A point of the scene with everything about it that does not depend on a path. World space, metres. In several lanes
+/// it is a point in each, all of one kind.
 #[derive(Clone, Copy, Debug)]
-pub struct Point {
+pub struct Point<L: Lanes = One, B = Bsdf> {
     /// The position; of an infinite point, the unit direction towards it.
-    pub position: Vec3,
+    pub position: L::V,
     /// N_g, unit: of a triangle by its winding (the front face), of a sphere outward, of the lens the viewing
     /// direction.
-    pub normal: Vec3,
+    pub normal: L::V,
     /// N_s, unit, on the side of N_g and not lower than [`STEEPEST`](super::geometry::STEEPEST) over its horizon.
-    pub shading_normal: Vec3,
+    pub shading_normal: L::V,
     /// A bound on the rounding error of each coordinate of `position`.
-    pub error: f32,
+    pub error: L::F,
     /// The kind of place.
     pub place: Place,
     /// The primitive it lies on, [`PrimitiveId::NONE`] if on none.
-    pub primitive: PrimitiveId,
+    pub primitive: L::Each<PrimitiveId>,
     /// The material of that primitive; meaningless where there is none.
-    pub material: MaterialId,
+    pub material: L::Each<MaterialId>,
     /// The media in front of the surface, on N_g's side, and behind it, as the walk knows them that has come here: see
     /// [`super::media::Inside`]. Empty space for points that no walk has found.
-    pub media: [MediumId; 2],
+    pub media: [L::Each<MediumId>; 2],
     /// The light that emits here, if any.
-    pub light: Option<LightId>,
+    pub light: L::Each<Option<LightId>>,
     /// α: how much of the surface is there, in [0, 1], after what coincident surfaces leave of it; 1 where there is no
     /// surface. f and L_e of a path's vertex carry it, and V the 1 − α of what a segment crosses.
-    pub alpha: f32,
+    pub alpha: L::F,
     /// The BSDF here; black where there is no surface.
-    pub bsdf: Bsdf,
+    pub bsdf: B,
     /// The radiance that the material emits here from its emitting sides; zero where there is no surface.
-    pub emission: Rgb,
+    pub emission: Rgb<L::V>,
     /// Barycentric coordinates of a triangle's second and third corner; zero elsewhere.
-    pub barycentric: Vec2,
+    pub barycentric: L::Each<Vec2>,
 }
 
 impl Point {
@@ -130,42 +134,123 @@ impl Point {
         }
     }
 
-    /// Where a ray in direction `w` (of any length) has to start so as not to meet the surface it leaves.
-    #[inline(always)]
-    pub fn ray_origin(&self, w: Vec3) -> Vec3 {
-        if self.primitive == PrimitiveId::NONE {
-            self.position
-        } else {
-            offset_origin(self.position, self.normal, self.error, w)
-        }
-    }
-
-    /// Whether one of two points lies in the plane of the other's surface, as far as their errors tell.
-    #[inline(always)]
-    pub fn is_in_one_plane_with(&self, other: &Self) -> bool {
-        let to = other.position - self.position;
-        // The components of a unit vector add up to √3 at most. Errors are several ε of the positions, and so cover
-        // that of N_g.
-        let slack = 1.75 * (self.error + other.error);
-        let [own, others] = [self, other].map(|p| p.normal.dot(to).abs() <= slack);
-        (own || others) && {
-            let finite = |p: &Self| matches!(p.place, Place::Surface | Place::Degenerate);
-            let has_plane = |p: &Self| p.place == Place::Surface;
-            finite(self) && finite(other) && (own && has_plane(self) || others && has_plane(other))
-        }
-    }
-
     /// The medium into which the direction `w` leads.
     #[inline]
     pub fn medium_towards(&self, w: Vec3) -> MediumId {
         let [front, behind] = self.media;
         if self.normal.dot(w) < 0.0 { behind } else { front }
     }
+}
+
+impl<V: Vector> Ray<V> {
+    /// The ray from just off `a` towards `b`, which may be infinite.
+    #[inline(always)]
+    pub fn joining<L: Lanes<V = V, F = V::F>, B>(a: &Point<L, B>, b: &Point<L, B>) -> Self {
+        if b.place == Place::Infinite {
+            let t_max = a.alpha.lanes().splat(f32::INFINITY);
+            return Self { origin: a.ray_origin(b.position), direction: b.position, t_max };
+        }
+        let ab = b.position - a.position;
+        Self::between(a.ray_origin(ab), b.ray_origin(-ab))
+    }
+}
+
+impl<L: Lanes> Point<L, Bsdfs<L>> {
+    /// Black points that lie on nothing, at `position` and with this N_g.
+    #[inline(always)]
+    pub fn without_surface(position: L::V, normal: L::V, place: Place) -> Self {
+        let lanes = position.max_element().lanes();
+        let nowhere = Point::nowhere(Vec3::ZERO);
+        let black = lanes.splat_v([0.0; 3]);
+        Self {
+            position,
+            normal,
+            shading_normal: normal,
+            error: lanes.splat(0.0),
+            place,
+            primitive: lanes.each(|_| nowhere.primitive),
+            material: lanes.each(|_| nowhere.material),
+            media: nowhere.media.map(|medium| lanes.each(|_| medium)),
+            light: lanes.each(|_| None),
+            alpha: lanes.splat(1.0),
+            bsdf: Bsdfs::Diffuse(Diffuse { albedo: Rgb::of(black) }),
+            emission: Rgb::of(black),
+            barycentric: lanes.each(|_| Vec2::ZERO),
+        }
+    }
+
+    /// The points that `point` has for the lanes `which`, all of which are such `place`s; anything in the others.
+    #[inline(always)]
+    pub fn of_each<'a>(lanes: L, which: L::M, place: Place, point: impl Fn(usize) -> &'a Point) -> Self {
+        Self {
+            position: lanes.vectors(|k| point(k).position.to_array()),
+            normal: lanes.vectors(|k| point(k).normal.to_array()),
+            shading_normal: lanes.vectors(|k| point(k).shading_normal.to_array()),
+            error: lanes.numbers(|k| point(k).error),
+            place,
+            primitive: lanes.each(|k| point(k).primitive),
+            material: lanes.each(|k| point(k).material),
+            media: [lanes.each(|k| point(k).media[0]), lanes.each(|k| point(k).media[1])],
+            light: lanes.each(|k| point(k).light),
+            alpha: lanes.numbers(|k| point(k).alpha),
+            bsdf: Bsdfs::new(lanes, which, |k| &point(k).bsdf),
+            emission: Rgb::of(lanes.vectors(|k| point(k).emission.to_array())),
+            barycentric: lanes.each(|k| point(k).barycentric),
+        }
+    }
+
+    /// That of one lane.
+    #[inline(always)]
+    pub fn lane(&self, k: usize) -> Point {
+        let each = k as u32;
+        Point {
+            position: self.position.lane(k).into(),
+            normal: self.normal.lane(k).into(),
+            shading_normal: self.shading_normal.lane(k).into(),
+            error: self.error.lane(each),
+            place: self.place,
+            primitive: L::lane(&self.primitive, k),
+            material: L::lane(&self.material, k),
+            media: [L::lane(&self.media[0], k), L::lane(&self.media[1], k)],
+            light: L::lane(&self.light, k),
+            alpha: self.alpha.lane(each),
+            bsdf: self.bsdf.lane(k),
+            emission: self.emission.lane(k),
+            barycentric: L::lane(&self.barycentric, k),
+        }
+    }
+}
+
+impl<L: Lanes, B> Point<L, B> {
+    /// Where a ray in direction `w` (of any length) has to start so as not to meet the surface it leaves. (What lies on
+    /// no primitive has no error.)
+    #[inline(always)]
+    pub fn ray_origin(&self, w: L::V) -> L::V {
+        offset_origin(self.position, self.normal, self.error, w)
+    }
+
+    /// Whether one of two points lies in the plane of the other's surface, as far as their errors tell.
+    #[inline(always)]
+    pub fn is_in_one_plane_with(&self, other: &Self) -> L::M {
+        let to = other.position - self.position;
+        // The components of a unit vector add up to √3 at most. Errors are several ε of the positions, and so cover
+        // that of N_g.
+        let slack = (self.error + other.error) * 1.75;
+        let finite = |place| matches!(place, Place::Surface | Place::Degenerate);
+        let both_finite = finite(self.place) && finite(other.place);
+        let in_plane = |n: L::V, place| {
+            let lanes = slack.lanes();
+            let has_plane = lanes.mask(if both_finite && place == Place::Surface { u32::MAX } else { 0 });
+            has_plane & n.dot(to).abs().le(slack)
+        };
+        in_plane(self.normal, self.place) | in_plane(other.normal, other.place)
+    }
 
     /// Whether N_s is N_g, as on all flat surfaces: the common case, for which [`Tilt`](super::tilt::Tilt) has nothing
     /// to do.
     #[inline(always)]
-    pub fn is_flat(&self) -> bool {
-        self.normal == self.shading_normal
+    pub fn is_flat(&self) -> L::M {
+        let ([x, y, z], [i, j, k]) = (self.normal.coordinates(), self.shading_normal.coordinates());
+        x.eq(i) & y.eq(j) & z.eq(k)
     }
 }

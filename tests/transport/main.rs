@@ -17,6 +17,7 @@ mod glass;
 mod identity;
 mod instances;
 mod islands;
+mod lanes;
 mod layers;
 mod lecture;
 mod ledger;

@@ -301,7 +301,7 @@ fn k_by_rays_is_k_by_configuration_factors() {
     let mut sampler = Independent::new(8, 0, 0, Stream::Camera);
     for _ in 0..SAMPLES * 96 {
         let p = scene.surfaces().sample(&scene, sampler.next_2d(), sampler.next_choice()).expect("walls");
-        let w = Frame::around(p.normal).to_world(warp::cosine_hemisphere(sampler.next_2d()));
+        let w = Frame::around(p.normal).to_world(warp::cosine_hemisphere(sampler.next_2d().to_array()));
         let q = scene.trace(&p, w).expect("the box is closed");
         let i = patch_of(&p);
         let value = ALBEDO[p.material.0 as usize] * f[patch_of(&q)];
@@ -389,7 +389,7 @@ fn what_arrives_is_what_left() {
     let mut sampler = Independent::new(4, 0, 0, Stream::Camera);
     for _ in 0..2000 {
         let p = scene.surfaces().sample(&scene, sampler.next_2d(), Choice::from(0.5)).expect("wall");
-        let w = -Frame::around(p.normal).to_world(warp::cosine_hemisphere(sampler.next_2d()));
+        let w = -Frame::around(p.normal).to_world(warp::cosine_hemisphere(sampler.next_2d().to_array()));
         let q = scene.trace(&p, w).expect("closed");
         assert_eq!(scene.le(&q, -w), Rgb::splat(1.5));
         // In a sphere G is 1/(4R²) between any two points (R = 1.5).

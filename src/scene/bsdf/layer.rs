@@ -103,7 +103,7 @@ impl Ways {
         let z = u.z * (self.facets + self.base + self.back + self.across) - self.facets;
         let smooth = self.back + self.across;
         if smooth == 0.0 || (z < self.base && self.base > 0.0) {
-            return cosine_on_side(known, u.truncate());
+            return cosine_on_side(known, [u.x, u.y]);
         }
         let returns = self.across == 0.0 || (z < self.base + self.back && self.back > 0.0);
         Grazing::new(alpha).sample(if returns { known } else { -known }, u.truncate())

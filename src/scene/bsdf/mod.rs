@@ -5,6 +5,7 @@
 //! light, and returns the radiance-convention value with *both* densities. Only [`Bsdf::sample`] knows a [`Transport`].
 
 mod albedo;
+mod bsdfs;
 mod dielectric;
 mod diffuse;
 mod directions;
@@ -17,13 +18,15 @@ mod tests;
 mod thin;
 mod transmitting;
 
-use glam::{Vec2, Vec3};
+use glam::Vec3;
 
 use crate::{
+    lanes::{Float, Lanes, One, Select, Vector},
     math::{Frame, Rgb},
     sampling::{PdfSolidAngle, warp},
 };
 
+pub use bsdfs::Bsdfs;
 pub use dielectric::Dielectric;
 pub use diffuse::Diffuse;
 pub use directions::Directions;
@@ -42,7 +45,7 @@ pub enum Transport {
 impl Transport {
     /// (direction towards the camera, direction towards the light) from the known and the sampled direction.
     #[inline]
-    pub fn sides(self, known: Vec3, sampled: Vec3) -> (Vec3, Vec3) {
+    pub fn sides<V>(self, known: V, sampled: V) -> (V, V) {
         match self {
             Self::Radiance => (known, sampled),
             Self::Importance => (sampled, known),
@@ -50,13 +53,25 @@ impl Transport {
     }
 }
 
-impl Scatter {
+impl<L: Lanes> Scatter<L> {
     /// (density of the sampled direction, density of the known one given the sampled) for a walk.
     #[inline]
-    pub fn forward_reverse(&self, transport: Transport) -> (PdfSolidAngle, PdfSolidAngle) {
+    pub fn forward_reverse(&self, transport: Transport) -> (PdfSolidAngle<L::F>, PdfSolidAngle<L::F>) {
         match transport {
             Transport::Radiance => (self.to_light, self.to_camera),
             Transport::Importance => (self.to_camera, self.to_light),
+        }
+    }
+
+    /// The same where the condition holds, and elsewhere [`Scatter::ZERO`].
+    #[inline(always)]
+    #[must_use]
+    pub fn only(self, which: L::M) -> Self {
+        let zero = self.to_light.0.lanes().splat(0.0);
+        Self {
+            f: Rgb::select(which, self.f, Rgb::of(L::V::new(zero, zero, zero))),
+            to_light: PdfSolidAngle(which.select(self.to_light.0, zero)),
+            to_camera: PdfSolidAngle(which.select(self.to_camera.0, zero)),
         }
     }
 }
@@ -88,14 +103,20 @@ pub enum ScatterEvent {
 /// side: `f` is reflectance/|cos θ_light| (times (η_camera/η_light)² for refraction), `to_light` is the lobe's
 /// probability, and `to_camera` is its probability from the light side times |dω_light/dω_camera|, which for refraction
 /// is η_camera² |cos θ_camera| / (η_light² |cos θ_light|) and 1 for a mirror.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Scatter {
+#[derive(Clone, Copy, Debug)]
+pub struct Scatter<L: Lanes = One> {
     /// The BSDF in the radiance convention, 1/sr; no cosine.
-    pub f: Rgb,
+    pub f: Rgb<L::V>,
     /// The density of sampling the light direction, given the camera direction ([`Transport::Radiance`]).
-    pub to_light: PdfSolidAngle,
+    pub to_light: PdfSolidAngle<L::F>,
     /// The density of sampling the camera direction, given the light direction ([`Transport::Importance`]).
-    pub to_camera: PdfSolidAngle,
+    pub to_camera: PdfSolidAngle<L::F>,
+}
+
+impl PartialEq for Scatter {
+    fn eq(&self, other: &Self) -> bool {
+        (self.f, self.to_light, self.to_camera) == (other.f, other.to_light, other.to_camera)
+    }
 }
 
 impl Scatter {
@@ -173,9 +194,9 @@ fn mirrored(w: Vec3) -> Vec3 {
 
 /// A cosine-distributed direction on the side of `known`.
 #[inline(always)]
-fn cosine_on_side(known: Vec3, u: Vec2) -> Vec3 {
-    let up = warp::cosine_hemisphere(u);
-    Vec3::new(up.x, up.y, up.z.copysign(known.z))
+fn cosine_on_side<V: Vector>(known: V, u: [V::F; 2]) -> V {
+    let [x, y, z] = warp::cosine_hemisphere(u).coordinates();
+    V::new(x, y, z.copysign(known.coordinates()[2]))
 }
 
 /// A BSDF with its parameters resolved at one point.
@@ -223,7 +244,7 @@ impl Bsdf {
     pub fn eval_around(&self, n: Vec3, lobe: Lobe, to_camera: Vec3, to_light: Vec3) -> Scatter {
         match self {
             // Lambert's law, the common one, is in line, and needs the cosines alone.
-            Self::Diffuse(b) => b.eval(lobe, n.dot(to_camera) * Vec3::Z, n.dot(to_light) * Vec3::Z),
+            Self::Diffuse(b) if lobe == Lobe::Continuous => b.between(n.dot(to_camera), n.dot(to_light)),
             _ => self.eval_in_frame(n, lobe, to_camera, to_light),
         }
     }
@@ -247,8 +268,8 @@ impl Bsdf {
     ) -> Option<BsdfSample> {
         match (self, directions) {
             (Self::Diffuse(b), Directions::Bsdf) => {
-                let sample = b.sample(n.dot(known) * Vec3::Z, transport, u)?;
-                Some(BsdfSample { direction: Frame::around(n).to_world(sample.direction).normalize(), ..sample })
+                let (direction, scatter) = b.sample_around(n, known, transport, [u.x, u.y]);
+                BsdfSample::checked(direction, Lobe::Continuous, scatter, transport)
             }
             _ => self.sample_in_frame(n, directions, known, transport, u),
         }

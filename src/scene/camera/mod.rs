@@ -25,7 +25,10 @@ use super::{
     geometry::Bounds,
     point::{Place, Point},
 };
-use crate::sampling::{PdfArea, PdfSolidAngle, warp};
+use crate::{
+    lanes::{Float, Lanes, One, Vector},
+    sampling::{PdfArea, PdfSolidAngle, warp},
+};
 
 /// A camera: its density is uniform over the padded film and, if it has one, over the lens.
 #[derive(Clone, Copy, Debug)]
@@ -43,18 +46,20 @@ pub struct Camera {
 
 /// What a camera makes of a direction in which it sees.
 #[derive(Clone, Copy, Debug)]
-pub struct Seen {
-    /// Where the padded image shows it.
-    pub raster: Raster,
+pub struct Seen<L: Lanes = One> {
+    /// Where the padded image shows it: see [`Raster`].
+    pub raster: [L::F; 2],
     /// W_e without its filter h_j.
     ///
     /// 1/(A_px A_lens cos⁴ θ), 1/(m² sr), with the film at unit distance and θ the angle to the viewing direction
     /// (Veach 8.2); of a pinhole 1/(A_px cos⁴ θ), 1/sr, since δ(p_0) replaces 1/A_lens; orthographic 1/A_px, 1/m², with
     /// δ(ω).
-    pub we: f32,
+    pub we: L::F,
     /// The density of a camera subpath's first direction, given p_0: uniform over the padded film, 1/(A_film cos³ θ).
     /// Of an orthographic camera 1/A_film, 1/m²: that of the ray's place, see [`PdfSolidAngle`].
-    pub pdf: PdfSolidAngle,
+    pub pdf: PdfSolidAngle<L::F>,
+    /// Whether it does.
+    pub some: L::M,
 }
 
 /// How the film sees the scene.
@@ -154,8 +159,8 @@ impl Camera {
             Projection::Pinhole => self.lens_point(),
             Projection::ThinLens { radius, .. } => self.on_lens(radius, u),
             Projection::Orthographic => {
-                let film = self.film(raster);
-                self.lens_at(self.position + self.right * film.x - self.up * film.y)
+                let [x, y] = self.film(raster.0.to_array());
+                self.lens_at(self.position + self.right * x - self.up * y)
             }
         }
     }
@@ -191,7 +196,7 @@ impl Camera {
     }
 
     fn on_lens(&self, radius: f32, u: Vec2) -> Point {
-        let q = radius * warp::disk(u);
+        let q = radius * Vec2::from(warp::disk(u.to_array()));
         self.lens_at(self.position + self.right * q.x + self.up * q.y)
     }
 
@@ -220,51 +225,70 @@ impl Camera {
     /// The unit direction in which `raster` is seen from `lens`, a p_0 of this camera.
     #[inline(always)]
     pub fn direction(&self, lens: &Point, raster: Raster) -> Vec3 {
-        let film = self.film(raster);
-        let film = match self.projection {
-            Projection::Pinhole => film,
+        self.direction_through(lens, raster.0.to_array())
+    }
+
+    /// [`Self::direction`] in any lanes.
+    #[inline(always)]
+    pub fn direction_through<L: Lanes, B>(&self, lens: &Point<L, B>, raster: [L::F; 2]) -> L::V {
+        let lanes = lens.alpha.lanes();
+        let axis = |axis: Vec3| lanes.splat_v(axis.to_array());
+        let [x, y] = self.film(raster);
+        let [x, y] = match self.projection {
+            Projection::Pinhole => [x, y],
             // To the point of the focus plane that the middle of the lens would see.
-            Projection::ThinLens { focus, .. } => film - self.offset(lens) / focus,
-            Projection::Orthographic => return self.forward,
+            Projection::ThinLens { focus, .. } => {
+                let [right, down] = self.offset(lens);
+                let focus = lanes.splat(focus);
+                [x - right / focus, y - down / focus]
+            }
+            Projection::Orthographic => return axis(self.forward),
         };
-        (self.forward + self.right * film.x - self.up * film.y).normalize()
+        (axis(self.forward) + axis(self.right) * x - axis(self.up) * y).normalize()
     }
 
     /// Where the padded image shows what `lens`, a p_0 of this camera, sees in the unit direction `w`, with W_e and the
     /// density of a walk that goes there; `None` outside it.
     #[inline(always)]
     pub fn look(&self, lens: &Point, w: Vec3) -> Option<Seen> {
-        let cos = w.dot(self.forward);
-        if cos <= 0.0 {
-            return None;
-        }
-        let film = Vec2::new(w.dot(self.right), -w.dot(self.up)) / cos;
-        let film = match self.projection {
-            Projection::Pinhole => film,
+        Some(self.look_in_lanes(lens, w)).filter(|seen| seen.some)
+    }
+
+    /// [`Self::look`] in any lanes: inside the image where [`Seen::some`] says so.
+    #[inline(always)]
+    pub fn look_in_lanes<L: Lanes, B>(&self, lens: &Point<L, B>, w: L::V) -> Seen<L> {
+        let lanes = lens.alpha.lanes();
+        let along = |axis: Vec3| w.dot(lanes.splat_v(axis.to_array()));
+        let cos = along(self.forward);
+        let [x, y] = match self.projection {
+            Projection::Pinhole => [along(self.right) / cos, -along(self.up) / cos],
             // The middle of the lens sees a point of the focus plane at its place on the image, whoever looks there.
-            Projection::ThinLens { focus, .. } => film + self.offset(lens) / focus,
+            Projection::ThinLens { focus, .. } => {
+                let ([x, y], focus) = (self.offset(lens), lanes.splat(focus));
+                [along(self.right) / cos + x / focus, -along(self.up) / cos + y / focus]
+            }
             Projection::Orthographic => self.offset(lens),
         };
-        let raster = film / self.pixel + 0.5 * self.sensor.size();
-        if !self.sensor.holds(raster) {
-            return None;
-        }
+        let (side, size) = (lanes.splat(self.pixel), 0.5 * self.sensor.size());
+        let raster = [x / side + lanes.splat(size.x), y / side + lanes.splat(size.y)];
         let pixel = 1.0 / (self.pixel * self.pixel);
         let film = pixel / self.sensor.padded_pixels() as f32;
+        let over = |x: f32, y: L::F| lanes.splat(x) / y;
         let cos3 = cos * cos * cos;
         let cos4 = (cos * cos) * (cos * cos);
         let (we, pdf) = match self.projection {
-            Projection::Pinhole => (pixel / cos4, film / cos3),
-            Projection::ThinLens { radius, .. } => (pixel / (PI * radius * radius * cos4), film / cos3),
-            Projection::Orthographic => (pixel, film),
+            Projection::Pinhole => (over(pixel, cos4), over(film, cos3)),
+            Projection::ThinLens { radius, .. } => (over(pixel, cos4 * (PI * radius * radius)), over(film, cos3)),
+            Projection::Orthographic => (lanes.splat(pixel), lanes.splat(film)),
         };
-        Some(Seen { raster: Raster(raster), we, pdf: PdfSolidAngle(pdf) })
+        let some = lanes.splat(0.0).lt(cos) & self.sensor.holds(raster);
+        Seen { raster, we, pdf: PdfSolidAngle(pdf), some }
     }
 
     /// [`Seen::raster`] alone.
     #[inline(always)]
     pub fn raster(&self, lens: &Point, w: Vec3) -> Option<Raster> {
-        self.look(lens, w).map(|seen| seen.raster)
+        self.look(lens, w).map(|seen| Raster(seen.raster.into()))
     }
 
     /// [`Seen::we`] alone; zero outside the padded image.
@@ -281,14 +305,16 @@ impl Camera {
 
     /// `raster` on the film, from its middle: x to the right, y downwards.
     #[inline(always)]
-    fn film(&self, raster: Raster) -> Vec2 {
-        (raster.0 - 0.5 * self.sensor.size()) * self.pixel
+    fn film<F: Float>(&self, [x, y]: [F; 2]) -> [F; 2] {
+        let (lanes, size) = (x.lanes(), 0.5 * self.sensor.size());
+        [(x - lanes.splat(size.x)) * self.pixel, (y - lanes.splat(size.y)) * self.pixel]
     }
 
     /// Where on the lens (or on the orthographic film) p_0 lies, as [`Camera::film`] has it. Metres.
     #[inline(always)]
-    fn offset(&self, lens: &Point) -> Vec2 {
-        let d = lens.position - self.position;
-        Vec2::new(d.dot(self.right), -d.dot(self.up))
+    fn offset<L: Lanes, B>(&self, lens: &Point<L, B>) -> [L::F; 2] {
+        let axis = |axis: Vec3| lens.alpha.lanes().splat_v(axis.to_array());
+        let d = lens.position - axis(self.position);
+        [d.dot(axis(self.right)), -d.dot(axis(self.up))]
     }
 }

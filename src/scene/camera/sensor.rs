@@ -2,6 +2,8 @@
 
 use glam::Vec2;
 
+use crate::lanes::{Float, Lanes};
+
 /// A place on the image in pixels: x to the right, y downwards, (0, 0) the upper left corner of the upper left pixel.
 /// In the padding around the image, coordinates are negative or beyond its size.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -36,9 +38,11 @@ impl Sensor {
     }
 
     /// Whether `raster` lies in the padded image.
-    #[inline]
-    pub(super) fn holds(&self, raster: Vec2) -> bool {
-        let padding = Vec2::splat(self.padding as f32);
-        raster.cmpge(-padding).all() && raster.cmplt(self.size() + padding).all()
+    #[inline(always)]
+    pub(super) fn holds<F: Float>(&self, [x, y]: [F; 2]) -> <F::Lanes as Lanes>::M {
+        let lanes = x.lanes();
+        let padding = self.padding as f32;
+        let within = |x: F, size: u32| lanes.splat(-padding).le(x) & x.lt(lanes.splat(size as f32 + padding));
+        within(x, self.width) & within(y, self.height)
     }
 }

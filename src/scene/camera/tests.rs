@@ -140,7 +140,7 @@ fn a_point_in_the_focus_plane_is_sharp_and_one_at_twice_its_distance_is_not() {
                 let cos = w.dot(lens_camera.forward);
                 // On the unbounded film: the image may cut the blur off.
                 let film = Vec2::new(w.dot(lens_camera.right), -w.dot(lens_camera.up)) / cos;
-                let film = film + lens_camera.offset(&lens) / 2.5;
+                let film = film + Vec2::from(lens_camera.offset(&lens)) / 2.5;
                 (film / lens_camera.pixel + 0.5 * SENSOR.size() - raster.0).length()
             };
             in_focus = in_focus.max(off(place(2.5)));

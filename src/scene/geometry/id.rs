@@ -47,6 +47,18 @@ impl PrimitiveId {
         self.index
     }
 
+    /// Both numbers, for [`Self::of_words`].
+    #[inline(always)]
+    pub(crate) fn words(self) -> [u32; 2] {
+        [self.instance, self.index]
+    }
+
+    /// What has given these words.
+    #[inline(always)]
+    pub(crate) fn of_words([instance, index]: [u32; 2]) -> Self {
+        Self { instance, index }
+    }
+
     /// The number within `instance` (as the field of that name), or one that no primitive has.
     #[inline]
     pub(super) fn index_in(self, instance: u32) -> u32 {

@@ -370,7 +370,7 @@ impl Geometry {
     #[inline(always)]
     pub fn sample(&self, primitive: PrimitiveId, u: Vec2) -> Surface {
         match self.sphere(primitive) {
-            None => self.triangle_surface(primitive, warp::triangle(u)),
+            None => self.triangle_surface(primitive, warp::triangle(u.to_array()).into()),
             Some((sphere, _)) => sphere_surface(sphere.point(warp::sphere(u).as_dvec3())),
         }
     }

@@ -1,6 +1,6 @@
 //! Ray origins that have left their surface.
 
-use glam::Vec3;
+use crate::lanes::{Float, Lanes, Select, Vector};
 
 /// Moves a ray's origin off the surface it lies on, to the side into which `direction` points.
 ///
@@ -10,12 +10,19 @@ use glam::Vec3;
 /// coordinate, since the addition rounds too (Pharr, Jakob & Humphreys, *Physically Based Rendering*, 6.8.6). A ray
 /// from there does not meet the surface it leaves, at any scale. Offset both ends of a connection.
 #[inline(always)]
-pub fn offset_origin(position: Vec3, normal: Vec3, error: f32, direction: Vec3) -> Vec3 {
-    let distance = error * normal.abs().element_sum();
+pub fn offset_origin<V: Vector>(position: V, normal: V, error: V::F, direction: V) -> V {
+    let [a, b, c] = normal.abs().coordinates();
+    let distance = error * (a + b + c);
     let offset = normal * distance.copysign(normal.dot(direction));
-    let moved = position + offset;
-    // One float or two: ε|p| is at least the distance to the next, and the smallest number of all where p is 0.
-    let step = moved.abs() * f32::EPSILON + f32::MIN_POSITIVE;
-    let away = |p: f32, step: f32, o: f32| if o == 0.0 { p } else { p + step.copysign(o) };
-    Vec3::new(away(moved.x, step.x, offset.x), away(moved.y, step.y, offset.y), away(moved.z, step.z, offset.z))
+    let ([x, y, z], [along_x, along_y, along_z]) = ((position + offset).coordinates(), offset.coordinates());
+    V::new(away(x, along_x), away(y, along_y), away(z, along_z))
+}
+
+/// A float or two further from where `moved` was `offset` ago: ε|p| is at least the distance to the next float, and the
+/// smallest number of all where p is 0.
+#[inline(always)]
+fn away<F: Float>(moved: F, offset: F) -> F {
+    let lanes = moved.lanes();
+    let step = moved.abs() * f32::EPSILON + lanes.splat(f32::MIN_POSITIVE);
+    offset.eq(lanes.splat(0.0)).select(moved, moved + step.copysign(offset))
 }

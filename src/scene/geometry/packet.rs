@@ -16,10 +16,7 @@ use super::{
     rays::Rays,
     triangle::Triangle,
 };
-use crate::lanes::{Float, Lanes, Mask, Select, Unsigned};
-
-/// The most lanes of any set.
-pub(super) const MOST: usize = 16;
+use crate::lanes::{Float, Lanes, MOST, Mask, Select, Unsigned};
 
 /// A ray in each lane.
 pub(super) struct Packet<L: Lanes> {

@@ -3,29 +3,31 @@
 use glam::Vec3;
 
 use super::Bounds;
-use crate::lanes::{Float, Lanes};
+use crate::lanes::{Float, Lanes, Select, Vector};
 
 /// A half-line or segment: points `origin + t·direction`, 0 < t < `t_max`. The direction need not be of unit length.
 #[derive(Clone, Copy, Debug)]
-pub struct Ray {
+pub struct Ray<V: Vector = Vec3> {
     /// Where it starts.
-    pub origin: Vec3,
+    pub origin: V,
     /// Where it goes.
-    pub direction: Vec3,
+    pub direction: V,
     /// Where it ends, in multiples of `direction`; infinite for a half-line.
-    pub t_max: f32,
+    pub t_max: V::F,
 }
 
-impl Ray {
+impl<V: Vector> Ray<V> {
     /// The segment between two points, t from 0 to 1.
     ///
     /// It starts at the point with the smaller coordinates. The difference of the points rounds as the larger
     /// coordinates do, so it misses the other end by no more than that end's own error allows, and a small thing lit
     /// from far away does not shadow itself.
     #[inline(always)]
-    pub fn between(a: Vec3, b: Vec3) -> Self {
-        let (from, to) = if b.abs().max_element() < a.abs().max_element() { (b, a) } else { (a, b) };
-        Self { origin: from, direction: to - from, t_max: 1.0 }
+    pub fn between(a: V, b: V) -> Self {
+        let (at_a, at_b) = (a.abs().max_element(), b.abs().max_element());
+        let b_is_smaller = at_b.lt(at_a);
+        let (from, to) = (b_is_smaller.select(b, a), b_is_smaller.select(a, b));
+        Self { origin: from, direction: to - from, t_max: at_a.lanes().splat(1.0) }
     }
 }
 

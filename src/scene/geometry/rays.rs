@@ -5,10 +5,10 @@ use glam::{Vec2, Vec3};
 use super::{
     Geometry, Hit, PrimitiveId, Ray,
     bvh::{LargestFirst, NearestFirst, Order},
-    packet::{MOST, Met, Packet},
+    packet::{Met, Packet},
     ray::Prepared,
 };
-use crate::lanes::{Arrays, Float, Instructions, Lanes, Select, Unsigned};
+use crate::lanes::{Arrays, Float, Instructions, Lanes, MOST, Select, Unsigned};
 #[cfg(target_arch = "x86_64")]
 use crate::lanes::{Eight, Sixteen};
 
@@ -59,6 +59,29 @@ impl Rays {
         self.len = len;
     }
 
+    /// Puts rays with these origins and directions, column by column, in place of all: each up to `t_max` of its
+    /// number, without the two flat primitives of `skip`.
+    #[inline(always)]
+    pub(crate) fn set(
+        &mut self,
+        len: usize,
+        [origin, direction]: [[&[f32]; 3]; 2],
+        t_max: impl Fn(usize) -> f32,
+        skip: impl Fn(usize) -> [PrimitiveId; 2],
+    ) {
+        for axis in 0..3 {
+            refill(&mut self.origin[axis], 0, origin[axis].iter().copied(), 0.0);
+            refill(&mut self.direction[axis], 0, direction[axis].iter().copied(), 0.0);
+        }
+        refill(&mut self.t_max, 0, (0..len).map(t_max), 0.0);
+        refill(&mut self.skip, 0, (0..len).map(&skip), [PrimitiveId::NONE; 2]);
+        for which in 0..2 {
+            let in_world = (0..len).map(|i| skip(i)[which].index_in(PrimitiveId::WORLD));
+            refill(&mut self.skip_in_world[which], 0, in_world, u32::MAX);
+        }
+        self.len = len;
+    }
+
     #[inline]
     fn ray(&self, i: usize) -> Ray {
         let at = |[x, y, z]: &[Vec<f32>; 3]| Vec3::new(x[i], y[i], z[i]);
@@ -96,6 +119,12 @@ impl Hits {
         let primitive = PrimitiveId { instance: self.instance[i], index: self.index[i] };
         let barycentric = Vec2::new(self.barycentric[0][i], self.barycentric[1][i]);
         (primitive != PrimitiveId::NONE).then_some(Hit { t: self.t[i], primitive, barycentric })
+    }
+
+    /// Which of those from the `from`-th on, one for each lane, have met anything; any behind the last.
+    #[inline(always)]
+    pub(crate) fn any<L: Lanes>(&self, lanes: L, from: usize) -> L::M {
+        !lanes.load_u(&self.instance[from..]).eq(lanes.splat_u(u32::MAX))
     }
 
     /// All of them, in the order of the rays.

@@ -95,10 +95,10 @@ impl EmissionMap {
     /// the choice of the triangle has left.
     #[inline]
     pub fn sample(&self, u: Square, rest: Remainder) -> Vec2 {
-        let Some(cells) = &self.cells else { return warp::triangle(u.place()) };
+        let Some(cells) = &self.cells else { return warp::triangle(u.place().to_array()).into() };
         let [x, _] = u.refined(rest.rest());
         let (cell, place) = cells.sample(x);
-        Cell::of(cell as u32, self.n).point(warp::triangle(Vec2::new(place.rest().unit(), u.place().y)), self.n)
+        Cell::of(cell as u32, self.n).point(warp::triangle([place.rest().unit(), u.place().y]).into(), self.n)
     }
 
     /// The density at these barycentric coordinates, over that of a uniform choice.

@@ -26,6 +26,7 @@ use self::{
     emission::Detail,
     next_event::NextEvent,
     source::{at_infinity, emitter, without_extent},
+    tree::Receiver,
 };
 pub use self::{
     choice::LightChoice,
@@ -38,9 +39,10 @@ pub use super::id::LightId;
 use super::{
     geometry::{Geometry, PrimitiveId},
     material::{EmissionSides, Material, MaterialId},
-    point::Point,
+    point::{Place, Point},
 };
 use crate::{
+    lanes::{Float, Lanes, Vector},
     math::{Frame, Rgb, luminance},
     sampling::{Choice, Discrete, PdfArea, PdfSolidAngle, Remainder, Square, warp},
 };
@@ -189,18 +191,36 @@ impl Lights {
     /// L_e/α at `point` in the unit direction `w` away from it: radiance of an area light or environment,
     /// intensity of a point light or a spot, irradiance of a sun. Zero where nothing emits.
     #[inline(always)]
-    pub fn le(&self, point: &Point, w: Vec3) -> Rgb {
-        let Some(id) = point.light else { return Rgb::ZERO };
+    pub fn le<L: Lanes, B>(&self, point: &Point<L, B>, w: L::V) -> Rgb<L::V> {
+        let lanes = point.alpha.lanes();
+        if point.place != Place::Surface {
+            let le = |k| self.le_off_surfaces(L::lane(&point.light, k), point.position.lane(k), w.lane(k)).to_array();
+            return Rgb::of(lanes.vectors(le));
+        }
+        let sides = |k| L::lane(&point.light, k).and_then(|id| self.emitting_sides(id));
+        let (shines, both) = (|k| sides(k).is_some(), |k| sides(k) == Some(EmissionSides::Both));
+        let (front, zero) = (point.normal.dot(w), lanes.splat(0.0));
+        let shines = (zero.lt(front) & lanes.condition(shines)) | (front.lt(zero) & lanes.condition(both));
+        Rgb::select(shines, point.emission, Rgb::of(L::V::new(zero, zero, zero)))
+    }
+
+    /// The sides from which an area light emits; `None` of any other.
+    #[inline(always)]
+    fn emitting_sides(&self, id: LightId) -> Option<EmissionSides> {
+        if let Light::Area { sides, .. } = self.get(id) { Some(*sides) } else { None }
+    }
+
+    /// [`Self::le`] of what is no surface.
+    #[inline(always)]
+    fn le_off_surfaces(&self, light: Option<LightId>, position: [f32; 3], w: [f32; 3]) -> Rgb {
+        let Some(id) = light else { return Rgb::ZERO };
         match self.get(id) {
-            Light::Area { sides, .. } => {
-                let front = point.normal.dot(w);
-                if front > 0.0 || (front < 0.0 && *sides == EmissionSides::Both) { point.emission } else { Rgb::ZERO }
-            }
+            Light::Area { .. } => Rgb::ZERO,
             Light::Point { intensity, .. } => *intensity,
-            Light::Spot(spot) => spot.intensity_towards(w),
+            Light::Spot(spot) => spot.intensity_towards(w.into()),
             Light::Directional { irradiance, .. } => *irradiance,
             Light::Environment { radiance } => *radiance,
-            Light::EnvironmentMap(map) => map.radiance(point.position),
+            Light::EnvironmentMap(map) => map.radiance(position.into()),
         }
     }
 
@@ -208,6 +228,11 @@ impl Lights {
     #[inline(always)]
     pub fn is_hittable(&self, id: LightId) -> bool {
         self.get(id).has_extent()
+    }
+
+    /// Whether a ray that leaves the scene reaches a light.
+    pub fn has_environment(&self) -> bool {
+        self.environment.is_some()
     }
 
     /// The point at infinity that a ray in the unit direction `w` reaches, if there is an environment.
@@ -233,58 +258,67 @@ impl Lights {
             NextEvent::Power => {
                 self.choose(choice).map(|(id, rest)| (id, self.choice.probability(id.index()), rest))?
             }
-            _ => self.choose_at(from, choice, nth)?,
+            _ => self.choose_at(&Receiver::at(from, 0), choice, nth)?,
         };
         let point = self.sample_position(geometry, materials, id, u, rest);
-        let pdf = self.pdf_on(id, &point, probability);
+        let pdf = PdfArea(self.pdf_on(id, &point, 0, probability));
         (pdf > PdfArea::ZERO).then_some((point, pdf))
     }
 
     /// The density of [`Lights::sample_next_event`] for the light point `point`, given p_{n-1} = `from`. With a sample
     /// of each light it is the sum over them, and integrates to their number.
     #[inline(always)]
-    pub fn pdf_next_event(&self, point: &Point, from: &Point) -> PdfArea {
-        match &self.next_event {
-            NextEvent::Power => self.pdf_position(point),
-            _ => self.pdf_chosen_at(point, from),
+    pub fn pdf_next_event<L: Lanes, B>(&self, point: &Point<L, B>, from: &Point<L, B>) -> PdfArea<L::F> {
+        if matches!(self.next_event, NextEvent::Power) {
+            return self.pdf_position(point);
         }
+        PdfArea(point.alpha.lanes().numbers(|k| match L::lane(&point.light, k) {
+            Some(id) => self.pdf_on(id, point, k, self.probability_at(id, &Receiver::at(from, k))),
+            None => 0.0,
+        }))
     }
 
     /// The density with which emission starts at `point`, light choice included.
     #[inline(always)]
-    pub fn pdf_position(&self, point: &Point) -> PdfArea {
-        let Some(id) = point.light else { return PdfArea::ZERO };
-        self.pdf_on(id, point, self.choice.probability(id.index()))
+    pub fn pdf_position<L: Lanes, B>(&self, point: &Point<L, B>) -> PdfArea<L::F> {
+        PdfArea(point.alpha.lanes().numbers(|k| match L::lane(&point.light, k) {
+            Some(id) => self.pdf_on(id, point, k, self.choice.probability(id.index())),
+            None => 0.0,
+        }))
     }
 
-    /// The density of `point` on the light `id`, which is chosen with the probability `choice`.
+    /// The density of the point in one lane on the light `id`, which is chosen with the probability `choice`.
     #[inline(always)]
-    fn pdf_on(&self, id: LightId, point: &Point, choice: f32) -> PdfArea {
-        PdfArea(match self.get(id) {
+    fn pdf_on<L: Lanes, B>(&self, id: LightId, point: &Point<L, B>, k: usize, choice: f32) -> f32 {
+        match self.get(id) {
             Light::Area { area, map: None, .. } => choice / area,
-            Light::Area { area, map: Some(map), .. } => choice / area * map.density(point.barycentric),
+            Light::Area { area, map: Some(map), .. } => choice / area * map.density(L::lane(&point.barycentric, k)),
             Light::Point { .. } | Light::Spot(_) | Light::Directional { .. } => choice,
             Light::Environment { .. } => choice * (0.25 * FRAC_1_PI),
-            Light::EnvironmentMap(map) => choice * map.pdf(point.position).0,
-        })
+            Light::EnvironmentMap(map) => choice * map.pdf(point.position.lane(k).into()).0,
+        }
     }
 
     /// The density with which emission from `point` takes the unit direction `w`, given `point`.
     #[inline(always)]
-    pub fn pdf_direction(&self, point: &Point, w: Vec3) -> PdfSolidAngle {
-        let Some(id) = point.light else { return PdfSolidAngle::ZERO };
+    pub fn pdf_direction<L: Lanes, B>(&self, point: &Point<L, B>, w: L::V) -> PdfSolidAngle<L::F> {
+        let cos = point.normal.dot(w);
+        PdfSolidAngle(cos.lanes().numbers(|k| match L::lane(&point.light, k) {
+            Some(id) => self.pdf_direction_of(id, cos.lane(k as u32), w.lane(k)),
+            None => 0.0,
+        }))
+    }
+
+    /// The same of a light; `cos` is the cosine to its normal, if it has one.
+    #[inline(always)]
+    fn pdf_direction_of(&self, id: LightId, cos: f32, w: [f32; 3]) -> f32 {
         match self.get(id) {
-            Light::Area { sides, .. } => {
-                let cos = point.normal.dot(w);
-                match sides {
-                    EmissionSides::Front => warp::cosine_hemisphere_pdf(cos.max(0.0)),
-                    EmissionSides::Both => PdfSolidAngle(0.5 * warp::cosine_hemisphere_pdf(cos.abs()).0),
-                }
-            }
-            Light::Point { .. } => PdfSolidAngle(0.25 * FRAC_1_PI),
-            Light::Spot(spot) => spot.pdf(w),
+            Light::Area { sides: EmissionSides::Front, .. } => warp::cosine_hemisphere_pdf(cos.max(0.0)).0,
+            Light::Area { sides: EmissionSides::Both, .. } => 0.5 * warp::cosine_hemisphere_pdf(cos.abs()).0,
+            Light::Point { .. } => 0.25 * FRAC_1_PI,
+            Light::Spot(spot) => spot.pdf(w.into()).0,
             Light::Directional { .. } | Light::Environment { .. } | Light::EnvironmentMap(_) => {
-                PdfSolidAngle(FRAC_1_PI / (self.radius * self.radius))
+                FRAC_1_PI / (self.radius * self.radius)
             }
         }
     }
@@ -314,12 +348,13 @@ impl Lights {
                     EmissionSides::Both if direction.x < 0.5 => (1.0, Vec2::new(2.0 * direction.x, direction.y)),
                     EmissionSides::Both => (-1.0, Vec2::new(2.0 * direction.x - 1.0, direction.y)),
                 };
-                (Frame::around(side * point.normal).to_world(warp::cosine_hemisphere(u)), None)
+                (Frame::around(side * point.normal).to_world(warp::cosine_hemisphere(u.to_array())), None)
             }
             Light::Point { .. } => (warp::sphere(direction), None),
             Light::Spot(spot) => (spot.sample(direction), None),
             Light::Directional { .. } | Light::Environment { .. } | Light::EnvironmentMap(_) => {
-                let offset = Frame::around(point.position).to_world(warp::disk(direction).extend(1.0));
+                let offset =
+                    Frame::around(point.position).to_world(Vec2::from(warp::disk(direction.to_array())).extend(1.0));
                 (-point.position, Some(self.center + self.radius * offset))
             }
         };

@@ -2,11 +2,11 @@
 
 use super::{
     LightChoice, LightId, Lights,
-    tree::{LightBounds, LightTree},
+    tree::{LightBounds, LightTree, Receiver},
 };
 use crate::{
-    sampling::{Choice, Discrete, Part, PdfArea, Remainder},
-    scene::{geometry::Geometry, point::Point},
+    sampling::{Choice, Discrete, Part, Remainder},
+    scene::geometry::Geometry,
 };
 
 /// See [`LightChoice`].
@@ -113,7 +113,7 @@ impl Lights {
     /// Chooses a light by every rule but power, with its probability and what the choice has left. Out of line: scenes
     /// with two lights would pay for it in the size of the core.
     #[inline(never)]
-    pub(super) fn choose_at(&self, from: &Point, choice: Choice, nth: u32) -> Option<(LightId, f32, Remainder)> {
+    pub(super) fn choose_at(&self, from: &Receiver, choice: Choice, nth: u32) -> Option<(LightId, f32, Remainder)> {
         let by = match &self.next_event {
             NextEvent::All => {
                 return Some((LightId::new(nth), 1.0, choice.whole())).filter(|(id, ..)| self.emits(*id));
@@ -142,7 +142,7 @@ impl Lights {
     }
 
     /// The probability of a light by the tree's rule.
-    fn by_tree(&self, by: &ByTree, from: &Point, id: LightId) -> f32 {
+    fn by_tree(&self, by: &ByTree, from: &Receiver, id: LightId) -> f32 {
         match by.tree.width(from, id, by.width) {
             Some(width) => self.despite_tree(id, width),
             None => {
@@ -158,15 +158,15 @@ impl Lights {
         Choice::probability(DESPITE_TREE) * self.choice_of(id) + Choice::probability(by_tree)
     }
 
+    /// The probability with which a light is chosen at `from` by every rule but power.
     #[inline(never)]
-    pub(super) fn pdf_chosen_at(&self, point: &Point, from: &Point) -> PdfArea {
-        let Some(id) = point.light.filter(|id| self.emits(*id)) else { return PdfArea::ZERO };
-        let choice = match &self.next_event {
+    pub(super) fn probability_at(&self, id: LightId, from: &Receiver) -> f32 {
+        match &self.next_event {
+            _ if !self.emits(id) => 0.0,
             NextEvent::All => 1.0,
             NextEvent::Uniform(lights) => lights.probability(id.index()),
             NextEvent::Tree(by) => self.by_tree(by, from, id),
             NextEvent::Power => self.choice_of(id),
-        };
-        self.pdf_on(id, point, choice)
+        }
     }
 }

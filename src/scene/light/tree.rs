@@ -6,6 +6,7 @@ use glam::{Quat, Vec3};
 
 use super::{Light, LightId};
 use crate::{
+    lanes::{Lanes, Vector},
     sampling::{Part, Remainder},
     scene::{
         geometry::{Bounds, Geometry},
@@ -86,7 +87,7 @@ impl LightBounds {
     /// [`Cluster::importance`] of all together.
     #[cfg(test)]
     pub fn importance_at(&self, from: &Point) -> f32 {
-        Cluster::new(self, Content::Halves(0)).importance(&Receiver::at(from))
+        Cluster::new(self, Content::Halves(0)).importance(&Receiver::at(from, 0))
     }
 
     /// The square of the distance by which that divides.
@@ -127,15 +128,21 @@ fn cone_around(a: (Vec3, f32), b: (Vec3, f32), sides: EmissionSides) -> (Vec3, f
 }
 
 /// Where light is to arrive.
-struct Receiver {
+#[derive(Clone, Copy, Debug)]
+pub struct Receiver {
     position: Vec3,
     /// N_g of a surface.
     normal: Option<Vec3>,
 }
 
 impl Receiver {
-    fn at(from: &Point) -> Self {
-        Self { position: from.position, normal: (from.place == Place::Surface).then_some(from.normal) }
+    /// At the point in one lane.
+    #[inline(always)]
+    pub fn at<L: Lanes, B>(from: &Point<L, B>, k: usize) -> Self {
+        Self {
+            position: from.position.lane(k).into(),
+            normal: (from.place == Place::Surface).then(|| from.normal.lane(k).into()),
+        }
     }
 }
 
@@ -276,20 +283,19 @@ impl LightTree {
         Some(Self { root, halves, ways })
     }
 
-    /// The light that is chosen at `from` by a place in the integers that the tree divides, and the place in the
+    /// The light that is chosen for `at` by a place in the integers that the tree divides, and the place in the
     /// light's share of them.
     ///
     /// Nothing is rescaled on the way: the share is divided where it stands, so that no bit is lost, and its width is
     /// the probability.
-    pub fn sample(&self, from: &Point, mut place: Remainder) -> (LightId, Remainder) {
-        let at = Receiver::at(from);
+    pub fn sample(&self, at: &Receiver, mut place: Remainder) -> (LightId, Remainder) {
         let mut content = self.root;
         loop {
             let halves = match content {
                 Content::Light(id) => return (id, place),
                 Content::Halves(i) => &self.halves[i as usize],
             };
-            let (half, part) = place.split(first_of(place.width(), halves, &at));
+            let (half, part) = place.split(first_of(place.width(), halves, at));
             place = part;
             content = match half {
                 Part::First => halves[0].content,
@@ -298,14 +304,13 @@ impl LightTree {
         }
     }
 
-    /// How many of so many integers lead to the light `id` at `from`; `None` if it is not in the tree.
-    pub fn width(&self, from: &Point, id: LightId, mut width: u64) -> Option<u64> {
+    /// How many of so many integers lead to the light `id` for `at`; `None` if it is not in the tree.
+    pub fn width(&self, at: &Receiver, id: LightId, mut width: u64) -> Option<u64> {
         let Way::Turns(mut way) = self.ways[id.index()] else { return None };
-        let at = Receiver::at(from);
         let mut content = self.root;
         while let Content::Halves(i) = content {
             let halves = &self.halves[i as usize];
-            let first = first_of(width, halves, &at);
+            let first = first_of(width, halves, at);
             width = if way & 1 == 0 { first } else { width - first };
             content = halves[(way & 1) as usize].content;
             way >>= 1;

@@ -19,7 +19,7 @@ fn bounce(g: &Geometry, start: Vec3, r: &mut StdRng, near_edge: impl Fn(&Surface
         }
         let side = -d.dot(s.normal).signum() * s.normal;
         // Some as grazing as f32 directions go.
-        let mut local = warp::cosine_hemisphere(square(r));
+        let mut local = warp::cosine_hemisphere(square(r).to_array());
         if i % 3 == 0 {
             local.z *= 1e-4;
         }
@@ -78,7 +78,7 @@ fn rays_that_leave_a_sphere_do_not_meet_it_again() {
         g.build();
         for i in 0..20_000 {
             let s = g.sample(PrimitiveId::world(0), square(&mut r));
-            let mut local = warp::cosine_hemisphere(square(&mut r));
+            let mut local = warp::cosine_hemisphere(square(&mut r).to_array());
             local.z *= [1.0, 1e-2, 1e-4, 1e-6][i % 4];
             let out = Frame::around(s.normal).to_world(local.normalize());
             if out.dot(s.normal) <= 0.0 {
@@ -139,7 +139,7 @@ fn a_convex_mesh_does_not_shadow_itself() {
             for i in 0..40_000 {
                 let id = ids[r.random_range(0..ids.len())];
                 let s = g.sample(id, square(&mut r));
-                let out = Frame::around(s.normal).to_world(warp::cosine_hemisphere(square(&mut r)));
+                let out = Frame::around(s.normal).to_world(warp::cosine_hemisphere(square(&mut r).to_array()));
                 if s.normal.dot(out) < 1e-3 {
                     continue;
                 }

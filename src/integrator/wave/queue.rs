@@ -1,0 +1,206 @@
+//! Queues: what a wave keeps of its paths between two stages, side by side.
+
+use crate::{
+    lanes::{Float, Lanes, MOST, Mask, Unsigned, Vector},
+    math::Rgb,
+    path::Departure,
+    sampling::PdfSolidAngle,
+    scene::{
+        bsdf::Bsdfs,
+        geometry::{PrimitiveId, Ray, Rays},
+        point::{Place, Point},
+    },
+};
+
+/// Records of F numbers and U words, column by column: a stage loads as many of each as there are lanes, and adds those
+/// that go on.
+#[derive(Clone, Debug)]
+pub struct Columns<const F: usize, const U: usize> {
+    len: usize,
+    // Each has room for all lanes behind the last record.
+    numbers: [Vec<f32>; F],
+    words: [Vec<u32>; U],
+}
+
+impl<const F: usize, const U: usize> Columns<F, U> {
+    fn new() -> Self {
+        Self { len: 0, numbers: [const { Vec::new() }; F], words: [const { Vec::new() }; U] }
+    }
+
+    /// Forgets all, and makes room for so many.
+    pub fn clear(&mut self, room: usize) {
+        self.len = 0;
+        if self.numbers[0].len() < room + MOST {
+            self.numbers.iter_mut().for_each(|column| column.resize(room + MOST, 0.0));
+            self.words.iter_mut().for_each(|column| column.resize(room + MOST, 0));
+        }
+    }
+
+    /// How many there are.
+    pub fn len(&self) -> usize {
+        self.len
+    }
+
+    /// Those from the `at`-th on, one for each lane; anything behind the last.
+    #[inline(always)]
+    fn get<L: Lanes>(&self, lanes: L, at: usize) -> ([L::F; F], [L::U; U]) {
+        let (mut numbers, mut words) = ([lanes.splat(0.0); F], [lanes.splat_u(0); U]);
+        for (x, column) in numbers.iter_mut().zip(&self.numbers) {
+            *x = lanes.load(&column[at..]);
+        }
+        for (x, column) in words.iter_mut().zip(&self.words) {
+            *x = lanes.load_u(&column[at..]);
+        }
+        (numbers, words)
+    }
+
+    /// Adds those of some lanes.
+    #[inline(always)]
+    fn push<L: Lanes>(&mut self, (numbers, words): ([L::F; F], [L::U; U]), which: L::M) {
+        let at = self.len;
+        for (x, column) in numbers.into_iter().zip(&mut self.numbers) {
+            x.compress(which, &mut column[at..]);
+        }
+        for (x, column) in words.into_iter().zip(&mut self.words) {
+            x.compress(which, &mut column[at..]);
+        }
+        self.len += which.bits().count_ones() as usize;
+    }
+
+    /// The first `N` columns of numbers from the `from`-th on.
+    fn vectors(&self, from: usize) -> [&[f32]; 3] {
+        [from, from + 1, from + 2].map(|i| &self.numbers[i][..self.len])
+    }
+
+    fn primitive(&self, from: usize, at: usize) -> PrimitiveId {
+        PrimitiveId::of_words([self.words[from][at], self.words[from + 1][at]])
+    }
+}
+
+/// A walk from the camera on its way to its next vertex.
+#[derive(Clone, Copy, Debug)]
+pub struct Walk<L: Lanes> {
+    /// How it has left its last vertex.
+    pub departure: Departure<L>,
+    /// See [`Roulette::ByThroughput`](crate::path::Roulette::ByThroughput).
+    pub whole: L::F,
+    /// Where its last vertex is, its N_g, and on what.
+    pub position: L::V,
+    pub normal: L::V,
+    pub primitive: [L::U; 2],
+    /// 1 if that vertex passes a delta lobe, else 0.
+    pub is_delta: L::U,
+    /// Where on the image it began.
+    pub raster: [L::F; 2],
+    /// The sequences of its random numbers: the scrambles for the camera and for connections, and the index.
+    pub scrambles: [L::U; 2],
+    pub index: L::U,
+}
+
+impl<L: Lanes> Walk<L> {
+    /// Its last vertex, as far as an edge from there depends on it.
+    #[inline(always)]
+    pub fn from(&self, place: Place) -> Point<L, Bsdfs<L>> {
+        Point::without_surface(self.position, self.normal, place)
+    }
+}
+
+/// Walks side by side.
+#[derive(Clone, Debug)]
+pub struct Walks(pub Columns<20, 6>);
+
+impl Walks {
+    pub fn new() -> Self {
+        Self(Columns::new())
+    }
+
+    #[inline(always)]
+    pub fn get<L: Lanes>(&self, lanes: L, at: usize) -> Walk<L> {
+        let (x, u) = self.0.get(lanes, at);
+        let v = |i: usize| L::V::new(x[i], x[i + 1], x[i + 2]);
+        Walk {
+            departure: Departure {
+                origin: v(0),
+                direction: v(3),
+                pdf: PdfSolidAngle(x[6]),
+                beta: Rgb::of(v(7)),
+                survival: x[10],
+            },
+            whole: x[11],
+            position: v(12),
+            normal: v(15),
+            raster: [x[18], x[19]],
+            primitive: [u[0], u[1]],
+            is_delta: u[2],
+            scrambles: [u[3], u[4]],
+            index: u[5],
+        }
+    }
+
+    #[inline(always)]
+    pub fn push<L: Lanes>(&mut self, walk: &Walk<L>, which: L::M) {
+        let Departure { origin, direction, pdf, beta, survival } = walk.departure;
+        let ([a, b, c], [d, e, f]) = (origin.coordinates(), direction.coordinates());
+        let ([g, h, i], [j, k, l]) = (beta.channels().coordinates(), walk.position.coordinates());
+        let ([m, n, o], [x, y]) = (walk.normal.coordinates(), walk.raster);
+        let numbers = [a, b, c, d, e, f, pdf.0, g, h, i, survival, walk.whole, j, k, l, m, n, o, x, y];
+        let ([instance, primitive], [camera, connection]) = (walk.primitive, walk.scrambles);
+        self.0.push::<L>((numbers, [instance, primitive, walk.is_delta, camera, connection, walk.index]), which);
+    }
+
+    /// The ray of the `at`-th.
+    #[inline(always)]
+    pub fn ray(&self, at: usize) -> Ray {
+        let v = |[x, y, z]: [&[f32]; 3]| glam::Vec3::new(x[at], y[at], z[at]);
+        Ray { origin: v(self.0.vectors(0)), direction: v(self.0.vectors(3)), t_max: f32::INFINITY }
+    }
+
+    /// All rays.
+    pub fn put_rays(&self, rays: &mut Rays) {
+        let skip = |i| [self.0.primitive(0, i), PrimitiveId::NONE];
+        rays.set(self.0.len, [self.0.vectors(0), self.0.vectors(3)], |_| f32::INFINITY, skip);
+    }
+}
+
+/// A connection whose ray has not been traced.
+#[derive(Clone, Copy, Debug)]
+pub struct Connection<L: Lanes> {
+    /// The segment.
+    pub ray: Ray<L::V>,
+    /// The primitives of both ends.
+    pub primitives: [[L::U; 2]; 2],
+    /// What it deposits if nothing is in the way.
+    pub value: Rgb<L::V>,
+    /// Where.
+    pub raster: [L::F; 2],
+}
+
+/// Connections side by side.
+#[derive(Clone, Debug)]
+pub struct Connections(pub Columns<12, 4>);
+
+impl Connections {
+    pub fn new() -> Self {
+        Self(Columns::new())
+    }
+
+    #[inline(always)]
+    pub fn push<L: Lanes>(&mut self, connection: &Connection<L>, which: L::M) {
+        let Connection { ray, primitives: [[a, b], [c, d]], value, raster: [x, y] } = connection;
+        let ([i, j, k], [l, m, n]) = (ray.origin.coordinates(), ray.direction.coordinates());
+        let [r, g, blue] = value.channels().coordinates();
+        self.0.push::<L>(([i, j, k, l, m, n, ray.t_max, r, g, blue, *x, *y], [*a, *b, *c, *d]), which);
+    }
+
+    /// All rays.
+    pub fn put_rays(&self, rays: &mut Rays) {
+        let skip = |i| [self.0.primitive(0, i), self.0.primitive(2, i)];
+        rays.set(self.0.len, [self.0.vectors(0), self.0.vectors(3)], |i| self.0.numbers[6][i], skip);
+    }
+
+    /// The value of the `at`-th and its place on the image.
+    pub fn value(&self, at: usize) -> (Rgb, [f32; 2]) {
+        let x = |i: usize| self.0.numbers[i][at];
+        (Rgb::new(x(7), x(8), x(9)), [x(10), x(11)])
+    }
+}

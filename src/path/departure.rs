@@ -1,0 +1,115 @@
+//! How a walk leaves a vertex: its direction, what is left of F/p, and roulette.
+
+use super::{Roulette, Step, scattering::Surfaces};
+use crate::{
+    lanes::{Float, Lanes, Mask, One, Vector},
+    math::Rgb,
+    sampling::{Chance, PdfArea, PdfSolidAngle},
+    scene::bsdf::{Directions, Lobe, Transport},
+};
+
+/// A walk on its way from one vertex to the next.
+#[derive(Clone, Copy, Debug)]
+pub struct Departure<L: Lanes = One> {
+    /// Where its ray starts.
+    pub origin: L::V,
+    /// Its unit direction.
+    pub direction: L::V,
+    /// The density of that direction.
+    pub pdf: PdfSolidAngle<L::F>,
+    /// The prefix of F/p, with everything at the vertex that it leaves.
+    pub beta: Rgb<L::V>,
+    /// The product of roulette's survival probabilities so far.
+    pub survival: L::F,
+}
+
+/// By which rules a walk goes on.
+#[derive(Clone, Copy, Debug)]
+pub struct Rules {
+    /// Which side it comes from.
+    pub transport: Transport,
+    /// How it samples directions.
+    pub directions: Directions,
+    /// When it may end.
+    pub roulette: Roulette,
+}
+
+/// A walk that has scattered at its last vertex.
+#[derive(Clone, Copy, Debug)]
+pub struct Scattered<L: Lanes = One> {
+    /// How it leaves the vertex.
+    pub departure: Departure<L>,
+    /// The lobe that it has used.
+    pub lobe: L::Each<Lobe>,
+    /// The predecessor's other-side density, which the two directions at the vertex decide.
+    pub reverse: PdfArea<L::F>,
+    /// What [`Roulette::ByThroughput`] compares with from here on.
+    pub whole: L::F,
+    /// Whether it goes on at all; if not, the fields above mean nothing.
+    pub goes_on: L::M,
+    /// See [`super::scattering::Sampled::lost_to_sides`].
+    pub lost_to_sides: L::M,
+}
+
+impl<L: Lanes, B: Surfaces<L>> Step<L, B> {
+    /// Samples how a walk leaves this vertex, its last so far, which has `edges` edges behind it.
+    #[inline(always)]
+    pub fn scatter(
+        &self,
+        Rules { transport, directions, roulette }: Rules,
+        edges: u32,
+        mut whole: L::F,
+        u: [L::F; 3],
+        survive: Chance<L::U>,
+    ) -> Scattered<L> {
+        let lanes = whole.lanes();
+        let p = &self.vertex.point;
+        let known = self.back.direction;
+        let sample = self.vertex.sample(directions, known, transport, u);
+        let (forward, reverse) = sample.scatter.forward_reverse(transport);
+        let cos = p.normal.dot(sample.direction).abs();
+        let ratio = sample.scatter.f.times(cos / forward.0);
+        // Radiance shrinks by η² on entering a medium and grows again on leaving it: no reason to stop inside.
+        let radiance_scale = || match transport {
+            Transport::Radiance => {
+                let (to_camera, to_light) = transport.sides(known, sample.direction);
+                let eta = B::relative_ior_at(p, to_camera, to_light);
+                eta * eta
+            }
+            Transport::Importance => lanes.splat(1.0),
+        };
+        let kept = match roulette {
+            Roulette::Off => None,
+            Roulette::FromDepth(depth) => (edges >= depth).then(|| ratio.max_element() * radiance_scale()),
+            Roulette::ByThroughput(depth) => {
+                whole = whole / radiance_scale();
+                (edges >= depth).then(|| (self.beta * ratio).max_element() / whole)
+            }
+        };
+        let (mut survival, mut goes_on) = (self.survival, sample.some);
+        if let Some(kept) = kept
+            && goes_on.any()
+        {
+            // A ratio that is NaN gives q = 0.95, for `min` passes over it: the walk goes on and the film counts it.
+            let q = kept.min(lanes.splat(Roulette::SUREST));
+            goes_on = goes_on & survive.falls_below(q);
+            survival = survival * q;
+        }
+        let played = self.survival / survival;
+        let departure = Departure {
+            origin: p.ray_origin(sample.direction),
+            direction: sample.direction,
+            pdf: forward,
+            beta: (self.beta * ratio).times(played),
+            survival,
+        };
+        Scattered {
+            departure,
+            lobe: sample.lobe,
+            reverse: reverse.to_area(&self.back),
+            whole,
+            goes_on,
+            lost_to_sides: sample.lost_to_sides,
+        }
+    }
+}

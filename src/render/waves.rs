@@ -1,0 +1,107 @@
+//! Passes in waves: many paths at once, in as many lanes as the processor has.
+
+use rayon::prelude::*;
+
+use super::{
+    Renderer, SamplerKind,
+    deposit::{Destination, TaskSink},
+    padded::PaddedImage,
+    statistics::Rays,
+};
+#[cfg(target_arch = "x86_64")]
+use crate::lanes::{Eight, Sixteen};
+use crate::{
+    film::Half,
+    integrator::{Starts, Wave},
+    lanes::{Instructions, Lanes},
+};
+
+/// How many paths a thread computes at once. No image depends on it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Width {
+    /// One.
+    One,
+    /// A wave, in eight lanes.
+    Eight,
+    /// A wave, in sixteen lanes.
+    Sixteen,
+}
+
+impl Width {
+    /// All of them.
+    pub const ALL: [Self; 3] = [Self::One, Self::Eight, Self::Sixteen];
+
+    fn instructions(self) -> Option<Instructions> {
+        match (self, Instructions::detect()) {
+            (Self::One, _) => Some(Instructions::Portable),
+            #[cfg(target_arch = "x86_64")]
+            (Self::Eight, Instructions::Avx2(eight)) => Some(Instructions::Avx2(eight)),
+            #[cfg(target_arch = "x86_64")]
+            (Self::Eight, Instructions::Avx512(sixteen)) => Some(Instructions::Avx2(sixteen.eight())),
+            #[cfg(target_arch = "x86_64")]
+            (Self::Sixteen, Instructions::Avx512(sixteen)) => Some(Instructions::Avx512(sixteen)),
+            _ => None,
+        }
+    }
+}
+
+impl<'a> Renderer<'a> {
+    /// The same, computing so many paths at once where it can; `None` if the processor has no such lanes. Else there
+    /// are as many as it has.
+    #[must_use]
+    pub fn with_width(self, width: Width) -> Option<Self> {
+        let lanes = width.instructions()?;
+        Some(Self { lanes, ..self })
+    }
+
+    /// The lanes in which passes are computed; `None` where they go path by path.
+    pub(super) fn waves(&self) -> Option<Instructions> {
+        let plain = self.layers.is_none() && self.alpha_sums.is_none();
+        let lanes = !matches!(self.lanes, Instructions::Portable);
+        (plain && lanes && self.makes_waves && self.settings.sampler == SamplerKind::Sobol).then_some(self.lanes)
+    }
+
+    /// One pass, with a wave for each tile.
+    pub(super) fn pass_in_waves(&self, lanes: Instructions, half: Half) {
+        let image = PaddedImage { sensor: self.scene.camera.sensor(), side: PaddedImage::TILE_OF_WAVES };
+        image.tiles().into_par_iter().for_each_init(
+            || (Starts::default(), Wave::new()),
+            |(starts, wave), tile| {
+                starts.clear();
+                for pixel in image.tile_in_squares(tile).filter(|pixel| self.serves_crop(*pixel)) {
+                    starts.push(pixel.corner(), pixel.key());
+                }
+                let destination = Destination::Film { half, keep: None };
+                let mut sink =
+                    TaskSink { renderer: self, rays: Rays::default(), spared: 0, lost_to_sides: 0, destination };
+                match lanes {
+                    Instructions::Portable => {}
+                    // SAFETY: a set of lanes exists only where the processor has it.
+                    #[cfg(target_arch = "x86_64")]
+                    Instructions::Avx2(lanes) => unsafe { self.wave_avx2(lanes, starts, wave, &mut sink) },
+                    #[cfg(target_arch = "x86_64")]
+                    Instructions::Avx512(lanes) => unsafe { self.wave_avx512(lanes, starts, wave, &mut sink) },
+                }
+                self.count_task(&sink, starts.len() as u64);
+            },
+        );
+    }
+
+    #[cfg(target_arch = "x86_64")]
+    #[target_feature(enable = "avx2,bmi1,bmi2,lzcnt,popcnt")]
+    fn wave_avx2(&self, lanes: Eight, starts: &mut Starts, wave: &mut Wave, sink: &mut TaskSink) {
+        self.wave(lanes, starts, wave, sink);
+    }
+
+    #[cfg(target_arch = "x86_64")]
+    #[target_feature(enable = "avx512f,avx512vl,avx512dq,avx512bw,avx512cd,avx2,bmi1,bmi2,lzcnt,popcnt")]
+    fn wave_avx512(&self, lanes: Sixteen, starts: &mut Starts, wave: &mut Wave, sink: &mut TaskSink) {
+        self.wave(lanes, starts, wave, sink);
+    }
+
+    #[inline(always)]
+    fn wave<L: Lanes>(&self, lanes: L, starts: &mut Starts, wave: &mut Wave, sink: &mut TaskSink) {
+        let numbers = (self.settings.seed, self.passes.end);
+        self.integrator.estimate_in_waves(lanes, self.scene, numbers, starts, wave, sink);
+    }
+}
