@@ -5,7 +5,7 @@ use std::{
     ops::{Add, BitAnd, BitOr, BitXor, Div, Mul, Neg, Not, Shl, Shr, Sub},
 };
 
-use super::{Double, Float, Lanes, Mask, Select, Three, Unsigned};
+use super::{Double, Float, Lanes, Mask, Record, Select, Three, Unsigned};
 
 /// N lanes on any processor.
 #[derive(Clone, Copy, Debug)]
@@ -111,6 +111,10 @@ impl<const N: usize> Lanes for Arrays<N> {
         which.map(|i| [x, y, z, 0.0][i as usize % 4])
     }
     #[inline(always)]
+    fn records(self, from: &[Record], at: Self::U) -> [Self::F; 16] {
+        std::array::from_fn(|i| at.map(|at| from[at as usize].0[i]))
+    }
+    #[inline(always)]
     fn each<T: Copy + Debug>(self, f: impl FnMut(usize) -> T) -> [T; N] {
         std::array::from_fn(f)
     }
@@ -149,6 +153,10 @@ impl<const N: usize> Float for Each<f32, N> {
     #[inline(always)]
     fn lane(self, i: u32) -> f32 {
         self.0[i as usize % N]
+    }
+    #[inline(always)]
+    fn to_bits(self) -> Each<u32, N> {
+        self.map(f32::to_bits)
     }
     #[inline(always)]
     fn min(self, other: Self) -> Self {

@@ -7,7 +7,7 @@ use std::{
 };
 
 use super::{
-    Double, Eight, Float, Lanes, Mask, Select, Three, Unsigned,
+    Double, Eight, Float, Lanes, Mask, Record, Select, Three, Unsigned,
     avx2::{REVERSED_BITS, REVERSED_BYTES, each},
 };
 
@@ -127,6 +127,37 @@ impl Not for M {
     }
 }
 
+/// Columns of the rows: pairs first, then fours, then quarters of a register.
+#[inline(always)]
+unsafe fn transposed(rows: [__m512; 16]) -> [F; 16] {
+    unsafe {
+        let (mut pairs, mut fours) = (rows, rows);
+        for k in 0..8 {
+            pairs[2 * k] = _mm512_unpacklo_ps(rows[2 * k], rows[2 * k + 1]);
+            pairs[2 * k + 1] = _mm512_unpackhi_ps(rows[2 * k], rows[2 * k + 1]);
+        }
+        for k in 0..4 {
+            for half in 0..2 {
+                let a = _mm512_castps_pd(pairs[4 * k + half]);
+                let b = _mm512_castps_pd(pairs[4 * k + half + 2]);
+                fours[4 * k + 2 * half] = _mm512_castpd_ps(_mm512_unpacklo_pd(a, b));
+                fours[4 * k + 2 * half + 1] = _mm512_castpd_ps(_mm512_unpackhi_pd(a, b));
+            }
+        }
+        let mut columns = [F(rows[0]); 16];
+        for c in 0..4 {
+            let (a, b, d, e) = (fours[c], fours[4 + c], fours[8 + c], fours[12 + c]);
+            let (even, odd) = (_mm512_shuffle_f32x4::<0x88>(a, b), _mm512_shuffle_f32x4::<0xdd>(a, b));
+            let (other_even, other_odd) = (_mm512_shuffle_f32x4::<0x88>(d, e), _mm512_shuffle_f32x4::<0xdd>(d, e));
+            columns[c] = F(_mm512_shuffle_f32x4::<0x88>(even, other_even));
+            columns[4 + c] = F(_mm512_shuffle_f32x4::<0x88>(odd, other_odd));
+            columns[8 + c] = F(_mm512_shuffle_f32x4::<0xdd>(even, other_even));
+            columns[12 + c] = F(_mm512_shuffle_f32x4::<0xdd>(odd, other_odd));
+        }
+        columns
+    }
+}
+
 impl Lanes for Sixteen {
     const N: usize = 16;
     type F = F;
@@ -168,6 +199,15 @@ impl Lanes for Sixteen {
         F(unsafe { _mm512_permutevar_ps(_mm512_broadcast_f32x4(_mm_set_ps(0.0, z, y, x)), which.0) })
     }
     #[inline(always)]
+    fn records(self, from: &[Record], at: U) -> [F; 16] {
+        let at = at.all();
+        let mut rows = [self.splat(0.0).0; 16];
+        for k in 0..16 {
+            rows[k] = unsafe { _mm512_load_ps(from[at[k] as usize].0.as_ptr()) };
+        }
+        unsafe { transposed(rows) }
+    }
+    #[inline(always)]
     fn each<T: Copy + Debug>(self, f: impl FnMut(usize) -> T) -> [T; 16] {
         each(f)
     }
@@ -197,6 +237,10 @@ impl Float for F {
     #[inline(always)]
     fn lane(self, i: u32) -> f32 {
         unsafe { _mm512_cvtss_f32(_mm512_permutexvar_ps(_mm512_set1_epi32(i.cast_signed()), self.0)) }
+    }
+    #[inline(always)]
+    fn to_bits(self) -> U {
+        U(unsafe { _mm512_castps_si512(self.0) })
     }
     #[inline(always)]
     fn min(self, other: Self) -> Self {

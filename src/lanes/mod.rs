@@ -91,6 +91,11 @@ impl Instructions {
 /// The most lanes of any set.
 pub const MOST: usize = 16;
 
+/// What lanes load together, transposed: sixteen numbers, or words that look like some. A line of the cache.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[repr(C, align(64))]
+pub struct Record(pub [f32; 16]);
+
 /// A set of lanes.
 pub trait Lanes: Copy + Debug + Send + Sync + 'static {
     /// How many there are, at most [`MOST`].
@@ -128,6 +133,11 @@ pub trait Lanes: Copy + Debug + Send + Sync + 'static {
     fn mask(self, bits: u32) -> Self::M;
     /// In each lane one of three numbers, by the last two bits of `which` (0 where they are 3).
     fn pick(self, of: [f32; 3], which: Self::U) -> Self::F;
+    /// Of each lane's record, the one at its place of `from`, all sixteen numbers.
+    ///
+    /// # Panics
+    /// If there is none at the place of some lane.
+    fn records(self, from: &[Record], at: Self::U) -> [Self::F; 16];
     /// What `f` makes of the number of each lane.
     fn each<T: Copy + Debug>(self, f: impl FnMut(usize) -> T) -> Self::Each<T>;
     /// What one lane has: that of the number `i` modulo N.
@@ -214,6 +224,8 @@ pub trait Float:
     fn compress(self, which: <Self::Lanes as Lanes>::M, to: &mut [f32]);
     /// What one lane has: that of the number `i` modulo N, the first being 0.
     fn lane(self, i: u32) -> f32;
+    /// The bits of each.
+    fn to_bits(self) -> <Self::Lanes as Lanes>::U;
     /// The smaller one; `other` where one is NaN.
     fn min(self, other: Self) -> Self;
     /// The larger one; `other` where one is NaN.
@@ -234,6 +246,14 @@ pub trait Float:
     fn to_f64(self) -> <Self::Lanes as Lanes>::D;
     /// The nearest number.
     fn from_f64(x: <Self::Lanes as Lanes>::D) -> Self;
+
+    /// What all lanes have, the first N.
+    #[inline(always)]
+    fn all(self) -> [f32; MOST] {
+        let mut numbers = [0.0; MOST];
+        self.store(&mut numbers);
+        numbers
+    }
 }
 
 /// A number of twice the precision in each lane.
@@ -305,6 +325,14 @@ pub trait Unsigned:
     fn lt(self, other: Self) -> <Self::Lanes as Lanes>::M;
     /// Where both are equal.
     fn eq(self, other: Self) -> <Self::Lanes as Lanes>::M;
+
+    /// What all lanes have, the first N.
+    #[inline(always)]
+    fn all(self) -> [u32; MOST] {
+        let mut numbers = [0; MOST];
+        self.store(&mut numbers);
+        numbers
+    }
 }
 
 /// A vector in each lane.
@@ -323,6 +351,17 @@ pub trait Vector:
     /// What a coordinate is.
     type F: Float<Lanes = Self::Lanes>;
 
+    /// What all lanes have, the first N.
+    #[inline(always)]
+    fn all(self) -> [[f32; 3]; MOST] {
+        let [x, y, z] = self.coordinates();
+        let (x, y, z) = (x.all(), y.all(), z.all());
+        let mut vectors = [[0.0; 3]; MOST];
+        for k in 0..Self::Lanes::N {
+            vectors[k] = [x[k], y[k], z[k]];
+        }
+        vectors
+    }
     /// What one lane has: that of the number `k` modulo N.
     #[inline(always)]
     fn lane(self, k: usize) -> [f32; 3] {

@@ -2,7 +2,7 @@
 
 use glam::Vec3;
 
-use super::{Double, Float, Lanes, Mask, Select, Unsigned, Vector};
+use super::{Double, Float, Lanes, Mask, Record, Select, Unsigned, Vector};
 
 /// One lane. Numbers in it are numbers, conditions are `bool`, vectors are [`Vec3`].
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -44,6 +44,10 @@ impl Lanes for One {
     #[inline(always)]
     fn pick(self, [x, y, z]: [f32; 3], which: u32) -> f32 {
         [x, y, z, 0.0][which as usize % 4]
+    }
+    #[inline(always)]
+    fn records(self, from: &[Record], at: u32) -> [f32; 16] {
+        from[at as usize].0
     }
     #[inline(always)]
     fn each<T: Copy + std::fmt::Debug>(self, mut f: impl FnMut(usize) -> T) -> T {
@@ -89,6 +93,10 @@ impl Float for f32 {
     #[inline(always)]
     fn lane(self, _: u32) -> f32 {
         self
+    }
+    #[inline(always)]
+    fn to_bits(self) -> u32 {
+        self.to_bits()
     }
     #[inline(always)]
     fn min(self, other: Self) -> Self {

@@ -238,6 +238,9 @@ impl<L: Lanes> Densities<L> for Around<'_, L> {
 /// Whether the light at a point can be met by a ray: see [`Densities::light_is_hittable`].
 #[inline(always)]
 pub fn is_hittable<L: Lanes, B>(scene: &Scene, end: &Point<L, B>) -> L::M {
+    if end.place == Place::Surface {
+        return end.lies_on_light();
+    }
     let hittable = |id| scene.lights().is_hittable(id);
     end.alpha.lanes().condition(|k| L::lane(&end.light, k).is_some_and(hittable))
 }

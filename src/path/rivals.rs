@@ -177,40 +177,50 @@ impl Rivals {
         [towards_camera, towards_light]: [RivalSum<L::U>; 2],
     ) -> L::F {
         let lanes = path.lanes();
-        let n = path.edges();
-        let t = strategy.t;
-        let exponent = self.camera.exponent;
+        let (n, t, range) = (path.edges(), strategy.t, techniques.range(path.edges()));
         let (zero, one) = (lanes.splat_d(0.0), lanes.splat_d(1.0));
-        let count = |t: u32| effective_count(path, Strategy { s: n + 1 - t, t }, techniques);
-        let per_own = lanes.splat(1.0) / count(t);
-        let near = |t: u32| count_ratio(count(t), per_own).to_f64();
-        let range = techniques.range(n);
-        // Up to two vertices move from one side to the other, and with them all further rivals. Each summand is
-        // multiplied out before it is squared: then one beyond f64 leaves nothing to the others, and one below it is
-        // nothing to them.
-        let term =
-            |ratio: L::D, rivals: L::D| (zero.lt(ratio) & zero.lt(rivals)).select(exponent.of(ratio * rivals), zero);
-        let further = |sum: RivalSum<L::U>| count_ratio(lanes.splat(self.unit), per_own).to_f64() * sum.root();
-        let up = |i: u32| ratio(path.camera_density(i), path.light_density(i));
-        let down = |i: u32| ratio(path.light_density(i), path.camera_density(i));
+        // No closures: they are not compiled for the lanes' instructions unless they happen to be inlined.
+        macro_rules! count {
+            ($t:expr) => {
+                effective_count(path, Strategy { s: n + 1 - $t, t: $t }, techniques)
+            };
+        }
+        let per_own = lanes.splat(1.0) / count!(t);
+        macro_rules! near {
+            ($t:expr) => {
+                count_ratio(count!($t), per_own).to_f64()
+            };
+        }
+        let further = count_ratio(lanes.splat(self.unit), per_own).to_f64();
+        // Up to two vertices move from one side to the other, and with them all further rivals.
         let (mut lower_s, mut higher_s) = (zero, zero);
         if t < *range.end() {
-            let first = up(t);
-            lower_s = term(first, near(t + 1));
+            let first = ratio(path.camera_density(t), path.light_density(t));
+            lower_s = self.term(first, near!(t + 1));
             if t + 1 < *range.end() {
-                let second = first * up(t + 1);
-                lower_s = lower_s + (term(second, near(t + 2)) + term(second, further(towards_light)));
+                let second = first * ratio(path.camera_density(t + 1), path.light_density(t + 1));
+                let all_further = self.term(second, further * towards_light.root());
+                lower_s = lower_s + (self.term(second, near!(t + 2)) + all_further);
             }
         }
         if t > *range.start() {
-            let first = down(t - 1);
-            higher_s = term(first, near(t - 1));
+            let first = ratio(path.light_density(t - 1), path.camera_density(t - 1));
+            higher_s = self.term(first, near!(t - 1));
             if t - 1 > *range.start() {
-                let second = first * down(t - 2);
-                higher_s = higher_s + (term(second, near(t - 2)) + term(second, further(towards_camera)));
+                let second = first * ratio(path.light_density(t - 2), path.camera_density(t - 2));
+                let all_further = self.term(second, further * towards_camera.root());
+                higher_s = higher_s + (self.term(second, near!(t - 2)) + all_further);
             }
         }
         L::F::from_f64(one / (one + lower_s + higher_s))
+    }
+
+    /// A summand: multiplied out before it is squared, so that one beyond f64 leaves nothing to the others, and one
+    /// below it is nothing to them.
+    #[inline(always)]
+    fn term<D: Double>(&self, ratio: D, rivals: D) -> D {
+        let zero = ratio.lanes().splat_d(0.0);
+        (zero.lt(ratio) & zero.lt(rivals)).select(self.camera.exponent.of(ratio * rivals), zero)
     }
 }
 

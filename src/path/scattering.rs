@@ -5,7 +5,7 @@ use std::fmt::Debug;
 use glam::Vec3;
 
 use crate::{
-    lanes::{Float, Lanes, Mask, One, Vector},
+    lanes::{Float, Lanes, MOST, Mask, One, Vector},
     math::Rgb,
     sampling::PdfSolidAngle,
     scene::{
@@ -156,8 +156,13 @@ impl<L: Lanes> Surfaces<L> for Bsdfs<L> {
         let lanes = at.alpha.lanes();
         match at.bsdf {
             Self::Diffuse(_) => lanes.splat(1.0),
-            Self::Each(_) => {
-                lanes.numbers(|k| Bsdf::relative_ior_at(&at.lane(k), to_camera.lane(k).into(), to_light.lane(k).into()))
+            Self::Each(_, which) => {
+                let (to_camera, to_light) = (to_camera.all(), to_light.all());
+                let mut each = [1.0; MOST];
+                for (k, point) in at.each(which) {
+                    each[k] = Bsdf::relative_ior_at(&point, to_camera[k].into(), to_light[k].into());
+                }
+                lanes.load(&each)
             }
         }
     }
@@ -183,8 +188,12 @@ fn sample_diffuse<L: Lanes, B>(
 #[inline(always)]
 fn scatter_each<L: Lanes>(at: &Point<L, Bsdfs<L>>, lobe: Lobe, to_camera: L::V, to_light: L::V) -> Scatter<L> {
     let lanes = at.alpha.lanes();
-    let each = lanes.each(|k| Bsdf::scatter_at(&at.lane(k), lobe, to_camera.lane(k).into(), to_light.lane(k).into()));
-    scatter_of_each(lanes, |k| L::lane(&each, k))
+    let (to_camera, to_light) = (to_camera.all(), to_light.all());
+    let mut each = [Scatter::ZERO; MOST];
+    for (k, point) in at.each(at.bsdf.which(lanes)) {
+        each[k] = Bsdf::scatter_at(&point, lobe, to_camera[k].into(), to_light[k].into());
+    }
+    scatter_of_each(lanes, |k| each[k])
 }
 
 /// [`Surfaces::sample_at`] lane by lane.
@@ -197,23 +206,17 @@ fn sample_each<L: Lanes>(
     u: [L::F; 3],
 ) -> Sampled<L> {
     let lanes = at.alpha.lanes();
-    let each = lanes.each(|k| {
-        let i = k as u32;
-        Bsdf::sample_at(
-            &at.lane(k),
-            directions,
-            known.lane(k).into(),
-            transport,
-            [u[0].lane(i), u[1].lane(i), u[2].lane(i)],
-        )
-    });
-    let of = |k| L::lane(&each, k);
+    let (known, u) = (known.all(), L::V::new(u[0], u[1], u[2]).all());
+    let mut each = [Sampled::NOTHING; MOST];
+    for (k, point) in at.each(at.bsdf.which(lanes)) {
+        each[k] = Bsdf::sample_at(&point, directions, known[k].into(), transport, u[k]);
+    }
     Sampled {
-        direction: lanes.vectors(|k| of(k).direction.to_array()),
-        lobe: lanes.each(|k| of(k).lobe),
-        scatter: scatter_of_each(lanes, |k| of(k).scatter),
-        some: lanes.condition(|k| of(k).some),
-        lost_to_sides: lanes.condition(|k| of(k).lost_to_sides),
+        direction: lanes.vectors(|k| each[k].direction.to_array()),
+        lobe: lanes.each(|k| each[k].lobe),
+        scatter: scatter_of_each(lanes, |k| each[k].scatter),
+        some: lanes.condition(|k| each[k].some),
+        lost_to_sides: lanes.condition(|k| each[k].lost_to_sides),
     }
 }
 

@@ -86,14 +86,14 @@ mod tests {
 
     #[test]
     fn the_disk_is_covered_evenly_and_once() {
-        // Of a fine grid each cell's image has the area π/n², by the cross product of its sides.
+        // Of a fine grid each cell's image has the area π/n²; straight sides miss a tenth of it at the centre.
         let n = 64;
         let at = |i: u32, j: u32| disk([i as f32 / n as f32, j as f32 / n as f32]).map(f64::from);
         for (i, j) in (0..n * n).map(|k| (k % n, k / n)) {
             let [a, b, c, d] = [at(i, j), at(i + 1, j), at(i + 1, j + 1), at(i, j + 1)];
             let area = 0.5 * ((c[0] - a[0]) * (d[1] - b[1]) - (d[0] - b[0]) * (c[1] - a[1]));
             let share = area / (std::f64::consts::PI / f64::from(n * n));
-            assert!((share - 1.0).abs() < 0.05, "{i}, {j}: {share}");
+            assert!((share - 1.0).abs() < 0.11, "{i}, {j}: {share}");
         }
         assert_eq!(disk([0.5, 0.5]), [0.0, 0.0]);
         assert!(disk([0.0, 0.0]).iter().all(|x| (x + 0.5_f32.sqrt()).abs() < 1e-6));

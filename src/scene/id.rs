@@ -16,6 +16,12 @@ impl LightId {
         Self(NonZeroU32::MIN.saturating_add(index))
     }
 
+    /// The light before that of this index; none before the first.
+    #[inline(always)]
+    pub fn of_successor(index: u32) -> Option<Self> {
+        NonZeroU32::new(index).map(Self)
+    }
+
     /// Its place among [`Lights::all`](super::light::Lights::all).
     #[inline]
     pub fn index(self) -> usize {

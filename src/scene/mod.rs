@@ -13,6 +13,7 @@ mod light_index;
 pub mod material;
 pub mod media;
 pub mod point;
+mod records;
 pub mod texture;
 pub mod tilt;
 
@@ -31,6 +32,7 @@ use self::{
     material::{AlphaMode, BackFaces, Material, MaterialId},
     media::{Boundary, Media, MediumId},
     point::{Place, Point},
+    records::Records,
 };
 use crate::{
     lanes::Lanes,
@@ -51,6 +53,8 @@ pub struct Scene {
     light_of: LightIndex,
     /// All surfaces and the emitting ones, once somebody asks.
     areas: OnceLock<[SurfaceAreas; 2]>,
+    /// What waves load, once there is one.
+    records: OnceLock<Records>,
     /// Whether rays may go on behind what they hit first: some primitive's material is not opaque, or surfaces
     /// coincide. A scene without pays nothing for coverage.
     see_through: bool,
@@ -109,6 +113,7 @@ impl Scene {
             lights,
             light_of,
             areas,
+            records: OnceLock::new(),
             see_through,
             covers_in_part,
             media,
@@ -399,6 +404,10 @@ impl Scene {
             };
             [SurfaceAreas::uniform(self, self.geometry.with_material(&|_| true)), emitters]
         })
+    }
+
+    fn records(&self) -> &Records {
+        self.records.get_or_init(|| Records::new(&self.geometry, &self.materials, &self.light_of))
     }
 
     /// The media, where some surface bounds a volume.

@@ -10,7 +10,7 @@ use super::{
     material::{Maps, Material, MaterialId},
 };
 use crate::{
-    lanes::{Float, Lanes, One, Vector},
+    lanes::{Float, Lanes, Mask, One, Vector},
     math::Rgb,
 };
 
@@ -199,25 +199,29 @@ impl<L: Lanes> Point<L, Bsdfs<L>> {
         }
     }
 
-    /// That of one lane.
+    /// Those of some lanes, one after the other, with the numbers of their lanes.
     #[inline(always)]
-    pub fn lane(&self, k: usize) -> Point {
-        let each = k as u32;
-        Point {
-            position: self.position.lane(k).into(),
-            normal: self.normal.lane(k).into(),
-            shading_normal: self.shading_normal.lane(k).into(),
-            error: self.error.lane(each),
-            place: self.place,
-            primitive: L::lane(&self.primitive, k),
-            material: L::lane(&self.material, k),
-            media: [L::lane(&self.media[0], k), L::lane(&self.media[1], k)],
-            light: L::lane(&self.light, k),
-            alpha: self.alpha.lane(each),
-            bsdf: self.bsdf.lane(k),
-            emission: self.emission.lane(k),
-            barycentric: L::lane(&self.barycentric, k),
-        }
+    pub fn each(&self, which: L::M) -> impl Iterator<Item = (usize, Point)> {
+        let (position, normal, shading_normal) = (self.position.all(), self.normal.all(), self.shading_normal.all());
+        let (error, alpha, emission) = (self.error.all(), self.alpha.all(), self.emission.channels().all());
+        which.lanes().map(move |k| {
+            let point = Point {
+                position: position[k].into(),
+                normal: normal[k].into(),
+                shading_normal: shading_normal[k].into(),
+                error: error[k],
+                place: self.place,
+                primitive: L::lane(&self.primitive, k),
+                material: L::lane(&self.material, k),
+                media: [L::lane(&self.media[0], k), L::lane(&self.media[1], k)],
+                light: L::lane(&self.light, k),
+                alpha: alpha[k],
+                bsdf: self.bsdf.lane(k),
+                emission: Rgb::from_array(emission[k]),
+                barycentric: L::lane(&self.barycentric, k),
+            };
+            (k, point)
+        })
     }
 }
 
@@ -244,6 +248,12 @@ impl<L: Lanes, B> Point<L, B> {
             has_plane & n.dot(to).abs().le(slack)
         };
         in_plane(self.normal, self.place) | in_plane(other.normal, other.place)
+    }
+
+    /// Whether it lies on a light.
+    #[inline(always)]
+    pub fn lies_on_light(&self) -> L::M {
+        self.alpha.lanes().condition(|k| L::lane(&self.light, k).is_some())
     }
 
     /// Whether N_s is N_g, as on all flat surfaces: the common case, for which [`Tilt`](super::tilt::Tilt) has nothing

@@ -15,12 +15,13 @@ use crate::{
     lanes::{Float, Lanes, MOST, Mask, Select, Unsigned, Vector},
     math::Rgb,
     path::{Around, Departure, Joint, RivalSum, Rivals, Rules, Step, Strategy, Tail, are_directions, is_hittable},
-    sampling::{Block, Chance, Choice, PdfArea, Sampler, Sobol, Square},
+    sampling::{Block, Chance, Choice, PdfArea, Sampler, Sobol, Square, warp},
     scene::{
         Scene,
         bsdf::{Bsdfs, Lobe, Transport},
         camera::Raster,
         geometry::{Hits, PrimitiveId, Ray, Rays},
+        light::Receiver,
         point::{Place, Point},
     },
 };
@@ -244,13 +245,21 @@ impl Integrator {
             let walk = walks.get(lanes, i);
             let all = lanes.first(len - i);
             let met = hits.any(lanes, i) & all;
-            for k in met.lanes() {
-                if let Some(hit) = hits.get(i + k) {
-                    points[k] = scene.point_at(&walks.ray(i + k), &hit);
-                }
+            let plain = met & lanes.condition(|k| scene.is_plain(hits.primitive(i + k)));
+            if plain.any() {
+                let (index, b) = hits.places(lanes, i);
+                let point = scene.plain_points(lanes, plain, index, b);
+                self.arrive_at(stage, &walk, (plain, point), next, connections, sink);
             }
-            if met.any() {
-                self.arrive_at(stage, &walk, (Place::Surface, met, &points), next, connections, sink);
+            let others = met & !plain;
+            if others.any() {
+                for k in others.lanes() {
+                    if let Some(hit) = hits.get(i + k) {
+                        points[k] = scene.point_at(&walks.ray(i + k), &hit);
+                    }
+                }
+                let point = Point::of_each(lanes, others, Place::Surface, |k| &points[k]);
+                self.arrive_at(stage, &walk, (others, point), next, connections, sink);
             }
             let missed = all & !met;
             if missed.any() && scene.lights().has_environment() {
@@ -259,32 +268,32 @@ impl Integrator {
                         points[k] = sky;
                     }
                 }
-                self.arrive_at(stage, &walk, (Place::Infinite, missed, &points), next, connections, sink);
+                let point = Point::of_each(lanes, missed, Place::Infinite, |k| &points[k]);
+                self.arrive_at(stage, &walk, (missed, point), next, connections, sink);
             }
         }
     }
 
-    /// The same for the lanes `which` of a group, whose points are such `place`s.
+    /// The same for the lanes `which` of a group.
     #[inline(always)]
     fn arrive_at<L: Lanes>(
         &self,
         stage: Stage<'_, L>,
         walk: &Walk<L>,
-        (place, which, points): (Place, L::M, &[Point; MOST]),
+        (which, point): (L::M, Point<L, Bsdfs<L>>),
         next: &mut Walks,
         connections: &mut Connections,
         sink: &mut impl WaveSink,
     ) {
         let Stage { lanes, t, .. } = stage;
         let from = walk.from(Place::Surface);
-        let point = Point::of_each(lanes, which, place, |k| &points[k]);
         let here = Step::arriving(&walk.departure, &from, point, lanes.splat(1.0));
-        sink.walked(Transport::Radiance, which.lanes().count());
+        sink.walked(Transport::Radiance, count(which));
         self.hit(stage, walk, &from, &here, which, sink);
-        if place == Place::Infinite {
+        if point.place == Place::Infinite {
             return;
         }
-        self.connect(stage, walk, &here, (which, points), connections, sink);
+        self.connect(stage, walk, &here, which, connections, sink);
         if t == self.evaluated.camera_vertices() {
             return;
         }
@@ -295,7 +304,7 @@ impl Integrator {
         let (transport, directions) = (Transport::Radiance, self.evaluated.directions());
         let rules = Rules { transport, directions, roulette: self.roulette };
         let scattered = here.scatter(rules, t - 1, walk.whole, u, survive);
-        sink.lost_to_sides((scattered.lost_to_sides & which).lanes().count());
+        sink.lost_to_sides(count(scattered.lost_to_sides & which));
         let p = &here.vertex.point;
         let (zero, one) = (lanes.splat_u(0), lanes.splat_u(1));
         let is_delta = lanes.condition(|k| L::lane(&scattered.lobe, k) != Lobe::Continuous);
@@ -326,17 +335,18 @@ impl Integrator {
         let strategy = Strategy { s: 0, t };
         let times = self.evaluated.multiplicity(strategy);
         let end = &here.vertex.point;
-        let lights = which & lanes.condition(|k| L::lane(&end.light, k).is_some());
+        let lights = which & end.lies_on_light();
         if times == 0 || !lights.any() {
             return;
         }
         let Some(joint) = Joint::hit(scene, from, here) else { return };
         let contribution = joint.contribution(here.beta, None);
         let value = contribution.times(self.share(stage, strategy, walk, &joint, here, (end, here.pdf_fwd)));
+        let value = value.channels().all();
+        let [x, y] = walk.raster.map(Float::all);
         for k in (lights & !contribution.is_black()).lanes() {
-            let raster = walk.raster.map(|x| x.lane(k as u32));
             for _ in 0..times {
-                deposit(sink, strategy, raster, value.lane(k));
+                deposit(sink, strategy, [x[k], y[k]], Rgb::from_array(value[k]));
             }
         }
     }
@@ -348,44 +358,54 @@ impl Integrator {
         stage: Stage<'_, L>,
         walk: &Walk<L>,
         here: &Step<L, Bsdfs<L>>,
-        (which, points): (L::M, &[Point; MOST]),
+        which: L::M,
         connections: &mut Connections,
         sink: &mut impl WaveSink,
     ) {
         let Stage { lanes, scene, t, .. } = stage;
-        let of_each = scene.lights().next_event_samples();
+        let lights = scene.lights();
+        let of_each = lights.next_event_samples();
         let samples = of_each * self.evaluated.multiplicity(Strategy { s: 1, t });
         let which = which & here.vertex.point.bsdf.has_continuous(lanes);
         if samples == 0 || !which.any() {
             return;
         }
-        let (mut ends, mut pdf) = ([Point::nowhere(Vec3::ZERO); MOST], [1.0; MOST]);
+        let receivers = Receiver::all(&here.vertex.point);
+        let (mut ends, mut pdf, mut triangles) = ([Point::nowhere(Vec3::ZERO); MOST], [1.0; MOST], [0; MOST]);
         for n in 0..samples {
             let mut numbers = Sobol::<L>::at(walk.scrambles[1], walk.index);
             numbers.start(Block::repeated(t - 2, n));
-            let Square([u, v]) = numbers.next_square();
-            let [high, low] = numbers.next_choice_words();
-            let mut of_lane = [[0; MOST]; 4];
-            for (words, of_lane) in [u, v, high, low].into_iter().zip(&mut of_lane) {
-                words.store(of_lane);
-            }
-            let [u, v, high, low] = of_lane;
-            let mut some = 0;
+            let square = numbers.next_square();
+            let ([high, low], [u, v]) = (numbers.next_choice_words().map(Unsigned::all), square.0.map(Unsigned::all));
+            // Plain triangles, and all else.
+            let (mut plain, mut others) = (0, 0);
             for k in which.lanes() {
                 let choice = Choice::of_words(high[k], low[k]);
-                let sampled = scene.sample_next_event(&points[k], Square([u[k], v[k]]), choice, n % of_each);
-                if let Some((point, density)) = sampled {
-                    (ends[k], pdf[k]) = (point, density.0);
-                    some |= 1 << k;
+                let Some(chosen) = lights.choose_next_event(|| receivers(k), choice, n % of_each) else { continue };
+                match lights.even_area(chosen.0) {
+                    Some((triangle, area)) if scene.is_plain(triangle) => {
+                        (triangles[k], pdf[k]) = (triangle.index(), chosen.1 / area);
+                        plain |= u32::from(pdf[k] > 0.0) << k;
+                    }
+                    _ => {
+                        let density;
+                        (ends[k], density) = scene.on_chosen_light(chosen, Square([u[k], v[k]]));
+                        pdf[k] = density.0;
+                        others |= u32::from(pdf[k] > 0.0) << k;
+                    }
                 }
             }
+            let density = PdfArea(lanes.load(&pdf));
+            if plain != 0 {
+                let (which, b) = (lanes.mask(plain), warp::triangle(square.coordinates()));
+                let point = scene.plain_points(lanes, which, lanes.load_u(&triangles), b);
+                self.next_event(stage, walk, [here, &Step::next_event(point, density)], which, connections, sink);
+            }
             for place in [Place::Surface, Place::Degenerate, Place::Infinite] {
-                let such = which.lanes().filter(|k| some >> k & 1 == 1 && ends[*k].place == place);
-                let which = lanes.mask(such.fold(0, |bits, k| bits | 1 << k));
+                let which = lanes.condition(|k| others >> k & 1 == 1 && ends[k].place == place);
                 if which.any() {
                     let point = Point::of_each(lanes, which, place, |k| &ends[k]);
-                    let end = Step::next_event(point, PdfArea(lanes.load(&pdf)));
-                    self.next_event(stage, walk, here, &end, which, connections, sink);
+                    self.next_event(stage, walk, [here, &Step::next_event(point, density)], which, connections, sink);
                 }
             }
         }
@@ -393,13 +413,11 @@ impl Integrator {
 
     /// The connection of the vertices of the lanes `which` with points of lights.
     #[inline(always)]
-    #[expect(clippy::too_many_arguments, reason = "what is known at a joint")]
     fn next_event<L: Lanes>(
         &self,
         stage: Stage<'_, L>,
         walk: &Walk<L>,
-        here: &Step<L, Bsdfs<L>>,
-        end: &Step<L, Bsdfs<L>>,
+        [here, end]: [&Step<L, Bsdfs<L>>; 2],
         which: L::M,
         connections: &mut Connections,
         sink: &mut impl WaveSink,
@@ -411,7 +429,7 @@ impl Integrator {
         let Some(joint) = Joint::connect(scene, strategy, [here, end], ratio) else { return };
         let contribution = joint.contribution(here.beta, Some(end.beta));
         let open = which & !contribution.is_black();
-        sink.shadow_rays(open.lanes().count());
+        sink.shadow_rays(count(open));
         let value = contribution.times(self.share(stage, strategy, walk, &joint, here, (y, end.pdf_fwd)));
         let connection = Connection::<L> {
             ray: Ray::joining(z, y),
@@ -452,8 +470,14 @@ impl Integrator {
 /// The names of the primitives on which points lie.
 #[inline(always)]
 fn words<L: Lanes, B>(lanes: L, point: &Point<L, B>) -> [L::U; 2] {
-    let word = |i: usize| lanes.whole_numbers(|k| L::lane(&point.primitive, k).words()[i]);
-    [word(0), word(1)]
+    let primitive = |k| L::lane(&point.primitive, k).words();
+    [lanes.whole_numbers(|k| primitive(k)[0]), lanes.whole_numbers(|k| primitive(k)[1])]
+}
+
+/// In how many lanes the condition holds.
+#[inline(always)]
+fn count(which: impl Mask) -> usize {
+    which.bits().count_ones() as usize
 }
 
 /// Deposits what is worth it.

@@ -12,8 +12,8 @@ use crate::{
 pub enum Bsdfs<L: Lanes> {
     /// Lambert in all lanes.
     Diffuse(Diffuse<L::V>),
-    /// Of any kind.
-    Each(L::Each<Bsdf>),
+    /// Of any kind, in some lanes.
+    Each(L::Each<Bsdf>, L::M),
 }
 
 impl<L: Lanes> Bsdfs<L> {
@@ -24,7 +24,7 @@ impl<L: Lanes> Bsdfs<L> {
             let albedo = |k| if let Bsdf::Diffuse(Diffuse { albedo }) = bsdf(k) { albedo.to_array() } else { [0.0; 3] };
             Self::Diffuse(Diffuse { albedo: Rgb::of(lanes.vectors(albedo)) })
         } else {
-            Self::Each(lanes.each(|k| *bsdf(k)))
+            Self::Each(lanes.each(|k| *bsdf(k)), which)
         }
     }
 
@@ -33,7 +33,16 @@ impl<L: Lanes> Bsdfs<L> {
     pub fn lane(&self, k: usize) -> Bsdf {
         match self {
             Self::Diffuse(Diffuse { albedo }) => Bsdf::Diffuse(Diffuse { albedo: albedo.lane(k) }),
-            Self::Each(bsdfs) => L::lane(bsdfs, k),
+            Self::Each(bsdfs, _) => L::lane(bsdfs, k),
+        }
+    }
+
+    /// The lanes in which there is one.
+    #[inline(always)]
+    pub fn which(&self, lanes: L) -> L::M {
+        match self {
+            Self::Diffuse(_) => lanes.first(L::N),
+            Self::Each(_, which) => *which,
         }
     }
 
@@ -42,7 +51,7 @@ impl<L: Lanes> Bsdfs<L> {
     pub fn has_continuous(&self, lanes: L) -> L::M {
         match self {
             Self::Diffuse(Diffuse { albedo }) => !albedo.is_black(),
-            Self::Each(bsdfs) => lanes.condition(|k| L::lane(bsdfs, k).has_continuous()),
+            Self::Each(bsdfs, which) => *which & lanes.condition(|k| L::lane(bsdfs, k).has_continuous()),
         }
     }
 }

@@ -12,6 +12,7 @@ use super::{
     same::same,
     triangle::Triangle,
 };
+use crate::lanes::{Float, Lanes, Vector};
 
 /// Triangles over shared vertices, each with a material, in a space of their own.
 #[derive(Clone, Debug, Default)]
@@ -252,13 +253,25 @@ impl Mesh {
         let triangle = &self.triangles[index as usize];
         // Not by `map`, which is inlined or not as the size of what is around it goes.
         let [i, j, k] = triangle.corners;
-        let (p, q, r) = (self.positions[i as usize], self.positions[j as usize], self.positions[k as usize]);
-        let (p, q, r) = (p * (1.0 - b.x - b.y), q * b.x, r * b.y);
-        let error = GAMMA_7 * (p.abs() + q.abs() + r.abs()).max_element();
+        let corners = [self.positions[i as usize], self.positions[j as usize], self.positions[k as usize]];
+        let (position, error) = surface_of(corners, [b.x, b.y]);
         let normal = triangle.normal;
         let shading_normal = shading_normal(self.corner_normals(index), b, normal);
-        Surface { position: p + q + r, normal, shading_normal, error, barycentric: b }
+        Surface { position, normal, shading_normal, error, barycentric: b }
     }
+
+    /// N_g of a triangle, by winding.
+    pub(super) fn normal(&self, index: u32) -> Vec3 {
+        self.triangles[index as usize].normal
+    }
+}
+
+/// The position at the barycentric coordinates `b` and `c` of the second and third corner, and a bound on its error.
+#[inline(always)]
+pub fn surface_of<V: Vector>([p, q, r]: [V; 3], [b, c]: [V::F; 2]) -> (V, V::F) {
+    let one = b.lanes().splat(1.0);
+    let (p, q, r) = (p * (one - b - c), q * b, r * c);
+    (p + q + r, (p.abs() + q.abs() + r.abs()).max_element() * GAMMA_7)
 }
 
 const GAMMA_7: f32 = 7.0 * (f32::EPSILON / 2.0) / (1.0 - 7.0 * (f32::EPSILON / 2.0));

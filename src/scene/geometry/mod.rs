@@ -43,7 +43,7 @@ pub use self::{
     horizon::{STEEPEST, lifted},
     id::{MaterialId, MeshId, PrimitiveId},
     instance::Placement,
-    mesh::Mesh,
+    mesh::{Mesh, surface_of},
     offset::offset_origin,
     ray::Ray,
     rays::{Hits, Rays},
@@ -416,6 +416,21 @@ impl Geometry {
     /// The mesh that an instance shows.
     pub fn mesh_of(&self, instance: u32) -> MeshId {
         MeshId(self.instances[instance as usize].mesh)
+    }
+
+    /// The number of triangles in world space: the first primitives.
+    pub(super) fn world_triangles(&self) -> u32 {
+        self.world.len()
+    }
+
+    /// The corners of a triangle in world space, and N_g.
+    pub(super) fn world_triangle(&self, index: u32) -> ([Vec3; 3], Vec3) {
+        (self.world.triangle(index).corners(), self.world.normal(index))
+    }
+
+    /// The normals of its corners; `None` where it is flat.
+    pub(super) fn world_normals(&self, index: u32) -> Option<[Vec3; 3]> {
+        self.world.corner_normals(index)
     }
 
     fn assert_unbuilt(&self) {

@@ -21,12 +21,12 @@ use std::{collections::HashMap, f32::consts::FRAC_1_PI};
 
 use glam::{Vec2, Vec3};
 
+pub(crate) use self::tree::Receiver;
 use self::{
     choice::Family,
     emission::Detail,
     next_event::NextEvent,
     source::{at_infinity, emitter, without_extent},
-    tree::Receiver,
 };
 pub use self::{
     choice::LightChoice,
@@ -42,7 +42,7 @@ use super::{
     point::{Place, Point},
 };
 use crate::{
-    lanes::{Float, Lanes, Vector},
+    lanes::{Float, Lanes, Mask, Vector},
     math::{Frame, Rgb, luminance},
     sampling::{Choice, Discrete, PdfArea, PdfSolidAngle, Remainder, Square, warp},
 };
@@ -74,6 +74,8 @@ pub struct Lights {
     choice: Discrete,
     next_event: NextEvent,
     environment: Option<LightId>,
+    /// [`Self::pdf_position`] of every light that has the same everywhere; NaN of any other.
+    even: Vec<f32>,
     /// A sphere that contains the scene, from whose silhouette infinite lights shine. Its radius is positive.
     center: Vec3,
     radius: f32,
@@ -103,9 +105,15 @@ impl Lights {
             None => (Vec3::ZERO, 1.0),
         };
         let choice = Discrete::default();
-        let mut result = Self { lights, choice, next_event: NextEvent::Power, environment, center, radius };
+        let mut result =
+            Self { lights, choice, next_event: NextEvent::Power, environment, even: Vec::new(), center, radius };
         let powers: Vec<_> = result.lights.iter().map(|l| (l.family(), result.power(l))).collect();
         result.choice = choice::by_kind_and_power(&powers);
+        let even = |(i, light): (usize, &Light)| match light {
+            Light::Area { area, map: None, .. } if !result.is_empty() => result.choice.probability(i) / area,
+            _ => f32::NAN,
+        };
+        result.even = result.lights.iter().enumerate().map(even).collect();
         result
     }
 
@@ -194,20 +202,18 @@ impl Lights {
     pub fn le<L: Lanes, B>(&self, point: &Point<L, B>, w: L::V) -> Rgb<L::V> {
         let lanes = point.alpha.lanes();
         if point.place != Place::Surface {
-            let le = |k| self.le_off_surfaces(L::lane(&point.light, k), point.position.lane(k), w.lane(k)).to_array();
+            let (position, w) = (point.position.all(), w.all());
+            let le = |k| self.le_off_surfaces(L::lane(&point.light, k), position[k], w[k]).to_array();
             return Rgb::of(lanes.vectors(le));
         }
-        let sides = |k| L::lane(&point.light, k).and_then(|id| self.emitting_sides(id));
-        let (shines, both) = (|k| sides(k).is_some(), |k| sides(k) == Some(EmissionSides::Both));
         let (front, zero) = (point.normal.dot(w), lanes.splat(0.0));
-        let shines = (zero.lt(front) & lanes.condition(shines)) | (front.lt(zero) & lanes.condition(both));
+        let mut shines = zero.lt(front) & point.lies_on_light();
+        let behind = front.lt(zero) & point.lies_on_light();
+        if behind.any() {
+            let both = |id| matches!(self.get(id), Light::Area { sides: EmissionSides::Both, .. });
+            shines = shines | (behind & lanes.condition(|k| L::lane(&point.light, k).is_some_and(both)));
+        }
         Rgb::select(shines, point.emission, Rgb::of(L::V::new(zero, zero, zero)))
-    }
-
-    /// The sides from which an area light emits; `None` of any other.
-    #[inline(always)]
-    fn emitting_sides(&self, id: LightId) -> Option<EmissionSides> {
-        if let Light::Area { sides, .. } = self.get(id) { Some(*sides) } else { None }
     }
 
     /// [`Self::le`] of what is no surface.
@@ -254,15 +260,46 @@ impl Lights {
         choice: Choice,
         nth: u32,
     ) -> Option<(Point, PdfArea)> {
-        let (id, probability, rest) = match &self.next_event {
-            NextEvent::Power => {
-                self.choose(choice).map(|(id, rest)| (id, self.choice.probability(id.index()), rest))?
-            }
-            _ => self.choose_at(&Receiver::at(from, 0), choice, nth)?,
-        };
-        let point = self.sample_position(geometry, materials, id, u, rest);
-        let pdf = PdfArea(self.pdf_on(id, &point, 0, probability));
+        let chosen = self.choose_next_event(|| Receiver::at(from), choice, nth)?;
+        let (point, pdf) = self.on_chosen(geometry, materials, chosen, u);
         (pdf > PdfArea::ZERO).then_some((point, pdf))
+    }
+
+    /// The light that [`Lights::sample_next_event`] takes, its probability and what the choice has left.
+    #[inline(always)]
+    pub(crate) fn choose_next_event(
+        &self,
+        from: impl FnOnce() -> Receiver,
+        choice: Choice,
+        nth: u32,
+    ) -> Option<(LightId, f32, Remainder)> {
+        match &self.next_event {
+            NextEvent::Power => self.choose(choice).map(|(id, rest)| (id, self.choice.probability(id.index()), rest)),
+            _ => self.choose_at(&from(), choice, nth),
+        }
+    }
+
+    /// A point of a light that was chosen, with its density.
+    #[inline(always)]
+    pub(crate) fn on_chosen(
+        &self,
+        geometry: &Geometry,
+        materials: &[Material],
+        (id, probability, rest): (LightId, f32, Remainder),
+        u: Square,
+    ) -> (Point, PdfArea) {
+        let point = self.sample_position(geometry, materials, id, u, rest);
+        let pdf = self.pdf_on(id, point.barycentric, point.position.to_array(), probability);
+        (point, PdfArea(pdf))
+    }
+
+    /// The primitive and the area of a light whose points are chosen evenly from its area; `None` of any other.
+    #[inline(always)]
+    pub(crate) fn even_area(&self, id: LightId) -> Option<(PrimitiveId, f32)> {
+        match self.get(id) {
+            Light::Area { primitive, area, map: None, .. } => Some((*primitive, *area)),
+            _ => None,
+        }
     }
 
     /// The density of [`Lights::sample_next_event`] for the light point `point`, given p_{n-1} = `from`. With a sample
@@ -272,8 +309,12 @@ impl Lights {
         if matches!(self.next_event, NextEvent::Power) {
             return self.pdf_position(point);
         }
+        let (position, receivers) = (point.position.all(), Receiver::all(from));
         PdfArea(point.alpha.lanes().numbers(|k| match L::lane(&point.light, k) {
-            Some(id) => self.pdf_on(id, point, k, self.probability_at(id, &Receiver::at(from, k))),
+            Some(id) => {
+                let choice = self.probability_at(id, &receivers(k));
+                self.pdf_on(id, L::lane(&point.barycentric, k), position[k], choice)
+            }
             None => 0.0,
         }))
     }
@@ -281,30 +322,38 @@ impl Lights {
     /// The density with which emission starts at `point`, light choice included.
     #[inline(always)]
     pub fn pdf_position<L: Lanes, B>(&self, point: &Point<L, B>) -> PdfArea<L::F> {
-        PdfArea(point.alpha.lanes().numbers(|k| match L::lane(&point.light, k) {
-            Some(id) => self.pdf_on(id, point, k, self.choice.probability(id.index())),
-            None => 0.0,
+        let lanes = point.alpha.lanes();
+        let even = lanes.numbers(|k| L::lane(&point.light, k).map_or(0.0, |id| self.even[id.index()]));
+        if !(!even.eq(even)).any() {
+            return PdfArea(even);
+        }
+        let (even, position) = (even.all(), point.position.all());
+        PdfArea(lanes.numbers(|k| match L::lane(&point.light, k) {
+            Some(id) if even[k].is_nan() => {
+                self.pdf_on(id, L::lane(&point.barycentric, k), position[k], self.choice.probability(id.index()))
+            }
+            _ => even[k],
         }))
     }
 
-    /// The density of the point in one lane on the light `id`, which is chosen with the probability `choice`.
+    /// The density of a point on the light `id`, which is chosen with the probability `choice`.
     #[inline(always)]
-    fn pdf_on<L: Lanes, B>(&self, id: LightId, point: &Point<L, B>, k: usize, choice: f32) -> f32 {
+    fn pdf_on(&self, id: LightId, barycentric: Vec2, position: [f32; 3], choice: f32) -> f32 {
         match self.get(id) {
             Light::Area { area, map: None, .. } => choice / area,
-            Light::Area { area, map: Some(map), .. } => choice / area * map.density(L::lane(&point.barycentric, k)),
+            Light::Area { area, map: Some(map), .. } => choice / area * map.density(barycentric),
             Light::Point { .. } | Light::Spot(_) | Light::Directional { .. } => choice,
             Light::Environment { .. } => choice * (0.25 * FRAC_1_PI),
-            Light::EnvironmentMap(map) => choice * map.pdf(point.position.lane(k).into()).0,
+            Light::EnvironmentMap(map) => choice * map.pdf(position.into()).0,
         }
     }
 
     /// The density with which emission from `point` takes the unit direction `w`, given `point`.
     #[inline(always)]
     pub fn pdf_direction<L: Lanes, B>(&self, point: &Point<L, B>, w: L::V) -> PdfSolidAngle<L::F> {
-        let cos = point.normal.dot(w);
-        PdfSolidAngle(cos.lanes().numbers(|k| match L::lane(&point.light, k) {
-            Some(id) => self.pdf_direction_of(id, cos.lane(k as u32), w.lane(k)),
+        let (cos, w) = (point.normal.dot(w).all(), w.all());
+        PdfSolidAngle(point.alpha.lanes().numbers(|k| match L::lane(&point.light, k) {
+            Some(id) => self.pdf_direction_of(id, cos[k], w[k]),
             None => 0.0,
         }))
     }
@@ -313,8 +362,8 @@ impl Lights {
     #[inline(always)]
     fn pdf_direction_of(&self, id: LightId, cos: f32, w: [f32; 3]) -> f32 {
         match self.get(id) {
-            Light::Area { sides: EmissionSides::Front, .. } => warp::cosine_hemisphere_pdf(cos.max(0.0)).0,
-            Light::Area { sides: EmissionSides::Both, .. } => 0.5 * warp::cosine_hemisphere_pdf(cos.abs()).0,
+            Light::Area { sides: EmissionSides::Front, .. } => cos.max(0.0) * FRAC_1_PI,
+            Light::Area { sides: EmissionSides::Both, .. } => 0.5 * (cos.abs() * FRAC_1_PI),
             Light::Point { .. } => 0.25 * FRAC_1_PI,
             Light::Spot(spot) => spot.pdf(w.into()).0,
             Light::Directional { .. } | Light::Environment { .. } | Light::EnvironmentMap(_) => {

@@ -87,7 +87,7 @@ impl LightBounds {
     /// [`Cluster::importance`] of all together.
     #[cfg(test)]
     pub fn importance_at(&self, from: &Point) -> f32 {
-        Cluster::new(self, Content::Halves(0)).importance(&Receiver::at(from, 0))
+        Cluster::new(self, Content::Halves(0)).importance(&Receiver::at(from))
     }
 
     /// The square of the distance by which that divides.
@@ -136,13 +136,17 @@ pub struct Receiver {
 }
 
 impl Receiver {
-    /// At the point in one lane.
+    /// At a point.
     #[inline(always)]
-    pub fn at<L: Lanes, B>(from: &Point<L, B>, k: usize) -> Self {
-        Self {
-            position: from.position.lane(k).into(),
-            normal: (from.place == Place::Surface).then(|| from.normal.lane(k).into()),
-        }
+    pub fn at(from: &Point) -> Self {
+        Self { position: from.position, normal: (from.place == Place::Surface).then_some(from.normal) }
+    }
+
+    /// At the points in all lanes, by the lane's number.
+    #[inline(always)]
+    pub fn all<L: Lanes, B>(from: &Point<L, B>) -> impl Fn(usize) -> Self {
+        let (positions, normals, on_surface) = (from.position.all(), from.normal.all(), from.place == Place::Surface);
+        move |k| Self { position: positions[k].into(), normal: on_surface.then(|| normals[k].into()) }
     }
 }
 

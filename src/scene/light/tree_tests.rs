@@ -69,7 +69,7 @@ fn receivers() -> impl Iterator<Item = Point> {
 /// The probability of the light `id` in a next-event estimate at `from`.
 fn probability(lights: &Lights, from: &Point, id: LightId) -> f64 {
     let p = Point { light: Some(id), ..Point::nowhere(Vec3::Z) };
-    let without_choice = f64::from(lights.pdf_on(id, &p, 0, 1.0));
+    let without_choice = f64::from(lights.pdf_on(id, p.barycentric, p.position.to_array(), 1.0));
     f64::from(lights.pdf_next_event(&p, from).0) / without_choice
 }
 
@@ -84,7 +84,7 @@ fn lights_are_chosen_as_often_as_their_probability_says() {
             let mut found = vec![0_u32; n];
             for k in 0..TRIES {
                 let u = Choice::from((k as f32 + 0.5) / TRIES as f32);
-                let (id, p, _) = lights.choose_at(&Receiver::at(&from, 0), u, 0).expect("there are lights");
+                let (id, p, _) = lights.choose_at(&Receiver::at(&from), u, 0).expect("there are lights");
                 let expected = probability(&lights, &from, id);
                 assert!((f64::from(p) / expected - 1.0).abs() < 1e-5, "{choice}: {p} {expected}");
                 found[id.index()] += 1;
@@ -115,7 +115,7 @@ fn a_sample_of_each_light_has_the_density_of_all() {
         match lights.sample_next_event(&geometry, &materials, &from, Vec2::splat(0.4).into(), Choice::from(0.4), nth) {
             Some((point, pdf)) => {
                 assert_eq!(point.light, Some(id));
-                assert_eq!(pdf, PdfArea(lights.pdf_on(id, &point, 0, 1.0)));
+                assert_eq!(pdf, PdfArea(lights.pdf_on(id, point.barycentric, point.position.to_array(), 1.0)));
                 assert_eq!(pdf, lights.pdf_next_event(&point, &from));
             }
             None => black += 1,
@@ -128,11 +128,11 @@ fn a_sample_of_each_light_has_the_density_of_all() {
 fn shares(lights: &Lights, from: &Point, end: u64) -> Vec<u64> {
     let (mut found, mut begin) = (vec![0; lights.all().len()], 0);
     while begin < end {
-        let (id, _, place) = lights.choose_at(&Receiver::at(from, 0), Choice::new(begin), 0).expect("there are lights");
+        let (id, _, place) = lights.choose_at(&Receiver::at(from), Choice::new(begin), 0).expect("there are lights");
         assert!(place.width() > 0 && place == Remainder::new(0, place.width()), "{place:?} at its first integer");
         // The last integer of the share leads there too.
         let last = lights
-            .choose_at(&Receiver::at(from, 0), Choice::new(begin + (place.width() - 1)), 0)
+            .choose_at(&Receiver::at(from), Choice::new(begin + (place.width() - 1)), 0)
             .expect("there are lights");
         assert_eq!((last.0, last.2), (id, Remainder::new(place.width() - 1, place.width())));
         found[id.index()] += place.width();
@@ -234,9 +234,8 @@ fn a_crowd_hides_no_lamp() {
 
 /// How many of the choices lead to such a light.
 fn count(lights: &Lights, from: &Point, such: impl Fn(LightId) -> bool, choices: impl Iterator<Item = Choice>) -> u32 {
-    choices
-        .filter(|choice| lights.choose_at(&Receiver::at(from, 0), *choice, 0).is_some_and(|(id, ..)| such(id)))
-        .count() as u32
+    choices.filter(|choice| lights.choose_at(&Receiver::at(from), *choice, 0).is_some_and(|(id, ..)| such(id))).count()
+        as u32
 }
 
 /// Under a ceiling of small lamps, the tree comes much nearer than power to choosing in proportion to what arrives.

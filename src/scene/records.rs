@@ -1,0 +1,172 @@
+//! What a wave needs of its vertices, in records that lanes load together.
+
+use glam::Vec3;
+use rayon::prelude::*;
+
+use super::{
+    Scene,
+    bsdf::{Bsdf, Bsdfs, Diffuse},
+    geometry::{Geometry, PrimitiveId, STEEPEST, lifted, surface_of},
+    id::{LightId, MediumId},
+    light_index::LightIndex,
+    material::{AlphaMode, Material, MaterialId},
+    point::{Place, Point},
+};
+use crate::{
+    lanes::{Float, Lanes, Mask, Record, Select, Unsigned, Vector},
+    math::Rgb,
+    sampling::{PdfArea, Remainder, Square},
+};
+
+/// The world's triangles and all materials, as far as both are plain: opaque Lambertians without maps on triangles of
+/// the world.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Records {
+    /// The corners p, q and r, N_g, and in the last place of each four the material, the light (or 0), and the
+    /// [kind](PLAIN).
+    triangles: Vec<Record>,
+    /// The normals of the corners of a smooth triangle in the same places; empty if all are flat.
+    normals: Vec<Record>,
+    /// The albedo and the emission.
+    materials: Vec<Record>,
+}
+
+/// Kinds of triangles: of a material that is not plain, flat, smooth.
+const PLAIN: u32 = 1;
+const SMOOTH: u32 = 2;
+
+impl Scene {
+    /// Whether the point of a primitive can be had by [`Self::plain_points`].
+    #[inline(always)]
+    pub(crate) fn is_plain(&self, primitive: PrimitiveId) -> bool {
+        self.records().is_plain(primitive)
+    }
+
+    /// A point of a light that was [chosen](super::light::Lights::choose_next_event), with its density.
+    #[inline(always)]
+    pub(crate) fn on_chosen_light(&self, chosen: (LightId, f32, Remainder), u: Square) -> (Point, PdfArea) {
+        self.lights.on_chosen(&self.geometry, &self.materials, chosen, u)
+    }
+
+    /// The points at the barycentric coordinates `b` of the [plain](Self::is_plain) triangles `index` in the lanes
+    /// `which`, as [`Self::point_at`] has them; anything in the others.
+    #[inline(always)]
+    pub(crate) fn plain_points<L: Lanes>(
+        &self,
+        lanes: L,
+        which: L::M,
+        index: L::U,
+        b: [L::F; 2],
+    ) -> Point<L, Bsdfs<L>> {
+        self.records().points(lanes, which, index, b)
+    }
+}
+
+impl Records {
+    pub fn new(geometry: &Geometry, materials: &[Material], lights: &LightIndex) -> Self {
+        let is_plain = |material: &Material| {
+            let opaque = material.maps.is_none() && material.alpha_mode == AlphaMode::Opaque;
+            opaque && matches!(material.bsdf, Bsdf::Diffuse(_))
+        };
+        let word = f32::from_bits;
+        let triangle = |index: u32| {
+            let id = PrimitiveId::world(index);
+            let ([p, q, r], n) = geometry.world_triangle(index);
+            let material = geometry.material(id);
+            let smooth = geometry.world_normals(index).is_some();
+            let kind = u32::from(is_plain(&materials[material.0 as usize])) * if smooth { SMOOTH } else { PLAIN };
+            let light = lights.get(id).map_or(0, |light| light.index() as u32 + 1);
+            let rows = [p.extend(word(material.0)), q.extend(word(light)), r.extend(word(kind)), n.extend(0.0)];
+            record(rows.map(|row| row.to_array()))
+        };
+        let normals = |index: u32| {
+            let [p, q, r] = geometry.world_normals(index).unwrap_or_default();
+            record([p, q, r, Vec3::ZERO].map(|row| row.extend(0.0).to_array()))
+        };
+        let count = geometry.world_triangles();
+        let smooth = (0..count).into_par_iter().any(|index| geometry.world_normals(index).is_some());
+        let material = |material: &Material| {
+            let albedo = if let Bsdf::Diffuse(Diffuse { albedo }) = material.bsdf { albedo } else { Rgb::ZERO };
+            let rows = [albedo, material.emission].map(|rgb| Vec3::from(rgb).extend(0.0).to_array());
+            record([rows[0], rows[1], [0.0; 4], [0.0; 4]])
+        };
+        Self {
+            triangles: (0..count).into_par_iter().map(triangle).collect(),
+            normals: if smooth { (0..count).into_par_iter().map(normals).collect() } else { Vec::new() },
+            materials: materials.iter().map(material).collect(),
+        }
+    }
+
+    /// Whether a primitive is a plain triangle.
+    #[inline(always)]
+    pub fn is_plain(&self, primitive: PrimitiveId) -> bool {
+        let [instance, index] = primitive.words();
+        let kind = |triangle: &Record| triangle.0[11].to_bits();
+        instance == 0 && self.triangles.get(index as usize).is_some_and(|triangle| kind(triangle) != 0)
+    }
+
+    /// The points at the barycentric coordinates `b` of the plain triangles `index` in the lanes `which`; anything in
+    /// the others. As [`Point::on_surface`] has them.
+    #[inline(always)]
+    pub fn points<L: Lanes>(&self, lanes: L, which: L::M, index: L::U, [b, c]: [L::F; 2]) -> Point<L, Bsdfs<L>> {
+        let index = which.select(index, lanes.splat_u(0));
+        let t = lanes.records(&self.triangles, index);
+        let corner = |i: usize| L::V::new(t[i], t[i + 1], t[i + 2]);
+        let normal = corner(12);
+        let (position, error) = surface_of([corner(0), corner(4), corner(8)], [b, c]);
+        let smooth = which & t[11].to_bits().eq(lanes.splat_u(SMOOTH));
+        let shading_normal =
+            if smooth.any() { self.shading_normals::<L>(smooth, index, [b, c], normal) } else { normal };
+        let material = t[3].to_bits();
+        let m = lanes.records(&self.materials, which.select(material, lanes.splat_u(0)));
+        let (light, material, index) = (t[7].to_bits().all(), material.all(), index.all());
+        let (b, c) = (b.all(), c.all());
+        Point {
+            position,
+            normal,
+            shading_normal,
+            error,
+            place: Place::Surface,
+            primitive: lanes.each(|k| PrimitiveId::world(index[k])),
+            material: lanes.each(|k| MaterialId(material[k])),
+            media: [lanes.each(|_| MediumId::EMPTY); 2],
+            light: lanes.each(|k| LightId::of_successor(light[k])),
+            alpha: lanes.splat(1.0),
+            bsdf: Bsdfs::Diffuse(Diffuse { albedo: Rgb::of(L::V::new(m[0], m[1], m[2])) }),
+            emission: Rgb::of(L::V::new(m[4], m[5], m[6])),
+            barycentric: lanes.each(|k| glam::Vec2::new(b[k], c[k])),
+        }
+    }
+
+    /// N_s of the smooth triangles.
+    #[inline(always)]
+    fn shading_normals<L: Lanes>(&self, smooth: L::M, index: L::U, [b, c]: [L::F; 2], normal: L::V) -> L::V {
+        let lanes = b.lanes();
+        let (zero, one) = (lanes.splat(0.0), lanes.splat(1.0));
+        let t = lanes.records(&self.normals, index);
+        let corner = |i: usize| L::V::new(t[i], t[i + 1], t[i + 2]);
+        let interpolated = corner(0) * (one - b - c) + corner(4) * b + corner(8) * c;
+        let reciprocal = one / interpolated.dot(interpolated).sqrt();
+        let some = smooth & zero.lt(reciprocal) & reciprocal.lt(lanes.splat(f32::INFINITY));
+        let n = interpolated * reciprocal;
+        let n = n.dot(normal).lt(zero).select(-n, n);
+        let low = some & n.dot(normal).lt(lanes.splat(STEEPEST));
+        let n = some.select(n, normal);
+        if !low.any() {
+            return n;
+        }
+        let (mut all, normals) = (n.all(), normal.all());
+        for k in low.lanes() {
+            all[k] = lifted(all[k].into(), normals[k].into()).to_array();
+        }
+        lanes.vectors(|k| all[k])
+    }
+}
+
+fn record([a, b, c, d]: [[f32; 4]; 4]) -> Record {
+    let mut numbers = [0.0; 16];
+    for (four, row) in numbers.chunks_exact_mut(4).zip([a, b, c, d]) {
+        four.copy_from_slice(&row);
+    }
+    Record(numbers)
+}
