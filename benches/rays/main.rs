@@ -59,7 +59,7 @@ fn built(soup: &Soup) -> Rc<Geometry> {
 
 /// That the rays already lie side by side, as one stage of a wave leaves them to the next, takes no time here.
 fn count_in_batches(geometry: &Geometry, query: Query, rays: &[Ray]) -> (usize, f64) {
-    let (mut batch, mut hits, mut found) = (Rays::default(), Hits::default(), Vec::new());
+    let (mut batch, mut hits, mut found) = (Rays::default(), Hits::default(), Hits::default());
     let (mut count, mut seconds) = (0, 0.0);
     for rays in rays.chunks(BATCH) {
         batch.clear();
@@ -72,7 +72,7 @@ fn count_in_batches(geometry: &Geometry, query: Query, rays: &[Ray]) -> (usize, 
             }
             Query::Any => {
                 geometry.obstacle_of_each(&batch, &mut found);
-                found.iter().filter(|found| **found).count()
+                found.iter().flatten().count()
             }
         };
         seconds += start.elapsed().as_secs_f64();

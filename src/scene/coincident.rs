@@ -94,6 +94,13 @@ impl Scene {
         }
     }
 
+    /// Whether V(a↔b) = 1 along `ray`, where surfaces coincide and all are opaque.
+    #[cold]
+    #[inline(never)]
+    pub(crate) fn sees_among_coincident(&self, ray: &Ray, a: &Point, b: &Point) -> bool {
+        self.visible_among_coincident(ray, a, b, |hit| self.alpha(hit)) > 0.0
+    }
+
     /// [`Scene::visibility`] where surfaces coincide.
     #[cold]
     #[inline(never)]

@@ -217,9 +217,9 @@ impl Scene {
         self.trace_on(ray, skip, first, stops, alpha)
     }
 
-    /// Whether every ray stops at the first surface that it meets, also one from the camera.
+    /// Whether everything stops every ray, also one from the camera, where it does not share its place.
     pub(crate) fn is_all_there(&self) -> bool {
-        !self.see_through && self.all_is_there()
+        self.all_is_there()
     }
 
     /// Whether everything stops every ray, where it does not share its place.

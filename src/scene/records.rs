@@ -74,7 +74,8 @@ impl Records {
             let ([p, q, r], n) = geometry.world_triangle(index);
             let material = geometry.material(id);
             let smooth = geometry.world_normals(index).is_some();
-            let kind = u32::from(is_plain(&materials[material.0 as usize])) * if smooth { SMOOTH } else { PLAIN };
+            let kind = u32::from(is_plain(&materials[material.0 as usize]) && !geometry.may_be_hidden(id))
+                * if smooth { SMOOTH } else { PLAIN };
             let light = lights.get(id).map_or(0, |light| light.index() as u32 + 1);
             let rows = [p.extend(word(material.0)), q.extend(word(light)), r.extend(word(kind)), n.extend(0.0)];
             record(rows.map(|row| row.to_array()))

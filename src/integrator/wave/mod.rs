@@ -9,7 +9,7 @@ mod queue;
 
 use glam::Vec3;
 
-use self::queue::{Connection, Connections, Walk, Walks};
+use self::queue::{Connection, Connections, DELTA, INSIDE, Walk, Walks};
 use super::Integrator;
 use crate::{
     lanes::{Float, Lanes, MOST, Mask, Select, Unsigned, Vector},
@@ -22,6 +22,7 @@ use crate::{
         camera::Raster,
         geometry::{Hits, PrimitiveId, Ray, Rays},
         light::Receiver,
+        media::Inside,
         point::{Place, Point},
     },
 };
@@ -53,7 +54,9 @@ pub struct Wave {
     rays: Rays,
     hits: Hits,
     connections: Connections,
-    blocked: Vec<bool>,
+    obstacles: Hits,
+    /// Of each walk what it is in, by its number; where the scene has media.
+    inside: Vec<Inside>,
 }
 
 /// Where walks begin: pixels of the padded image.
@@ -111,7 +114,8 @@ impl Wave {
             rays: Rays::default(),
             hits: Hits::default(),
             connections: Connections::new(),
-            blocked: Vec::new(),
+            obstacles: Hits::default(),
+            inside: Vec::new(),
         }
     }
 }
@@ -144,7 +148,7 @@ impl Integrator {
             && self.connections.is_none()
             && !(scene.camera.has_aperture() || scene.camera.is_orthographic())
             && scene.is_all_there()
-            && scene.media().is_none()
+            && scene.absorbing_media().is_none()
     }
 
     /// One sample of each of some pixels: walks their camera subpaths, joins them with lights by every strategy of the
@@ -160,7 +164,7 @@ impl Integrator {
         sink: &mut impl WaveSink,
     ) {
         let Some(rivals) = &self.rivals else { return };
-        self.start(lanes, scene, (seed, sample), starts, &mut wave.walks);
+        self.start(lanes, scene, (seed, sample), starts, (&mut wave.walks, &mut wave.inside));
         for t in 2..=self.evaluated.camera_vertices() {
             if wave.walks.0.len() == 0 {
                 return;
@@ -169,15 +173,7 @@ impl Integrator {
             wave.walks.put_rays(&mut wave.rays);
             scene.geometry().closest_of_each(&wave.rays, &mut wave.hits);
             self.arrive(stage, wave, sink);
-            let Wave { connections, rays, blocked, .. } = wave;
-            if connections.0.len() > 0 {
-                connections.put_rays(rays);
-                scene.geometry().obstacle_of_each(rays, blocked);
-                for (i, _) in blocked.iter().enumerate().filter(|(_, blocked)| !**blocked) {
-                    let (value, raster) = connections.value(i);
-                    deposit(sink, Strategy { s: 1, t }, raster, value);
-                }
-            }
+            self.look(stage, wave, sink);
             std::mem::swap(&mut wave.walks, &mut wave.next);
         }
     }
@@ -190,7 +186,7 @@ impl Integrator {
         scene: &Scene,
         (seed, sample): (u64, u32),
         starts: &mut Starts,
-        walks: &mut Walks,
+        (walks, inside): (&mut Walks, &mut Vec<Inside>),
     ) {
         let camera = &scene.camera;
         let lens_point = camera.lens_point();
@@ -198,6 +194,14 @@ impl Integrator {
         let beta = 1.0 / camera.pdf_lens().0;
         starts.pad();
         walks.0.clear(starts.len);
+        let mut outside = true;
+        if let Some(media) = scene.media() {
+            let mut start = Inside::NOTHING;
+            start.start_at_lens(scene, media, lens_point.position);
+            outside = start.is_nothing();
+            inside.clear();
+            inside.resize(starts.len, start);
+        }
         for i in (0..starts.len).step_by(L::N) {
             let corner = [lanes.load(&starts.corners[0][i..]), lanes.load(&starts.corners[1][i..])];
             let key = lanes.load_u(&starts.keys[i..]);
@@ -223,12 +227,34 @@ impl Integrator {
                 position: lens.position,
                 normal: lens.normal,
                 primitive: PrimitiveId::NONE.words().map(|word| lanes.splat_u(word)),
-                is_delta: lanes.splat_u(0),
+                flags: lanes.splat_u(if outside { 0 } else { INSIDE }),
                 raster,
                 scrambles: [scramble, connection],
                 index,
+                number: lanes.whole_numbers(|k| (i + k) as u32),
             };
             walks.push(&walk, seen.some & lanes.first(starts.len - i));
+        }
+    }
+
+    /// Traces the rays of connections, and deposits what nothing blocks.
+    #[inline(always)]
+    fn look<L: Lanes>(&self, Stage { scene, t, .. }: Stage<'_, L>, wave: &mut Wave, sink: &mut impl WaveSink) {
+        let Wave { connections, rays, obstacles, .. } = wave;
+        if connections.0.len() == 0 {
+            return;
+        }
+        connections.put_rays(rays);
+        scene.geometry().obstacle_of_each(rays, obstacles);
+        for i in 0..connections.0.len() {
+            let sees = match obstacles.get(i) {
+                None => true,
+                Some(hit) => scene.geometry().has_coincident() && connections.sees_despite(scene, i, &hit),
+            };
+            if sees {
+                let (value, raster) = connections.value(i);
+                deposit(sink, Strategy { s: 1, t }, raster, value);
+            }
         }
     }
 
@@ -236,7 +262,7 @@ impl Integrator {
     #[inline(always)]
     fn arrive<L: Lanes>(&self, stage: Stage<'_, L>, wave: &mut Wave, sink: &mut impl WaveSink) {
         let Stage { lanes, scene, .. } = stage;
-        let Wave { walks, next, hits, connections, .. } = wave;
+        let Wave { walks, next, hits, connections, inside, .. } = wave;
         let len = walks.0.len();
         next.0.clear(len);
         connections.0.clear(len * scene.lights().next_event_samples() as usize);
@@ -244,22 +270,27 @@ impl Integrator {
         for i in (0..len).step_by(L::N) {
             let walk = walks.get(lanes, i);
             let all = lanes.first(len - i);
-            let met = hits.any(lanes, i) & all;
+            let mut met = hits.any(lanes, i) & all;
             let plain = met & lanes.condition(|k| scene.is_plain(hits.primitive(i + k)));
+            let plain = plain & self.nothing_else(stage, walks, hits, i, plain);
             if plain.any() {
                 let (index, b) = hits.places(lanes, i);
                 let point = scene.plain_points(lanes, plain, index, b);
-                self.arrive_at(stage, &walk, (plain, point), next, connections, sink);
+                self.arrive_at(stage, &walk, (plain, point), next, connections, inside, sink);
             }
             let others = met & !plain;
             if others.any() {
+                let mut some = 0;
                 for k in others.lanes() {
-                    if let Some(hit) = hits.get(i + k) {
-                        points[k] = scene.point_at(&walks.ray(i + k), &hit);
+                    if let Some(point) = walks.arrive(scene, i + k, hits, inside) {
+                        points[k] = point;
+                        some |= 1 << k;
                     }
                 }
+                let others = lanes.mask(some);
+                met = plain | others;
                 let point = Point::of_each(lanes, others, Place::Surface, |k| &points[k]);
-                self.arrive_at(stage, &walk, (others, point), next, connections, sink);
+                self.arrive_at(stage, &walk, (others, point), next, connections, inside, sink);
             }
             let missed = all & !met;
             if missed.any() && scene.lights().has_environment() {
@@ -269,13 +300,41 @@ impl Integrator {
                     }
                 }
                 let point = Point::of_each(lanes, missed, Place::Infinite, |k| &points[k]);
-                self.arrive_at(stage, &walk, (missed, point), next, connections, sink);
+                self.arrive_at(stage, &walk, (missed, point), next, connections, inside, sink);
             }
         }
     }
 
+    /// Where walks come from empty space to what is met first, of those in the lanes `plain` whose rays begin at the
+    /// `at`-th.
+    #[inline(always)]
+    fn nothing_else<L: Lanes>(
+        &self,
+        Stage { lanes, scene, .. }: Stage<'_, L>,
+        walks: &Walks,
+        hits: &Hits,
+        at: usize,
+        plain: L::M,
+    ) -> L::M {
+        let mut these = lanes.first(L::N);
+        if scene.media().is_some() {
+            these = these & walks.outside(lanes, at);
+        }
+        if scene.geometry().has_coincident() {
+            let mut first = 0;
+            for k in plain.lanes() {
+                let (ray, left) = (walks.ray(at + k), walks.left(at + k));
+                let is_first = |hit| scene.geometry().is_met_first(&ray, left, &hit);
+                first |= u32::from(hits.get(at + k).is_some_and(is_first)) << k;
+            }
+            these = these & lanes.mask(first);
+        }
+        these
+    }
+
     /// The same for the lanes `which` of a group.
     #[inline(always)]
+    #[expect(clippy::too_many_arguments, reason = "the queues are borrowed one by one")]
     fn arrive_at<L: Lanes>(
         &self,
         stage: Stage<'_, L>,
@@ -283,9 +342,10 @@ impl Integrator {
         (which, point): (L::M, Point<L, Bsdfs<L>>),
         next: &mut Walks,
         connections: &mut Connections,
+        inside: &mut [Inside],
         sink: &mut impl WaveSink,
     ) {
-        let Stage { lanes, t, .. } = stage;
+        let Stage { lanes, scene, t, .. } = stage;
         let from = walk.from(Place::Surface);
         let here = Step::arriving(&walk.departure, &from, point, lanes.splat(1.0));
         sink.walked(Transport::Radiance, count(which));
@@ -306,18 +366,35 @@ impl Integrator {
         let scattered = here.scatter(rules, t - 1, walk.whole, u, survive);
         sink.lost_to_sides(count(scattered.lost_to_sides & which));
         let p = &here.vertex.point;
-        let (zero, one) = (lanes.splat_u(0), lanes.splat_u(1));
+        let goes_on = scattered.goes_on & which;
         let is_delta = lanes.condition(|k| L::lane(&scattered.lobe, k) != Lobe::Continuous);
+        // Lambertians let nothing through.
+        let mut is_inside = !(walk.flags & lanes.splat_u(INSIDE)).eq(lanes.splat_u(0));
+        if scene.media().is_some() && matches!(p.bsdf, Bsdfs::Each(..)) {
+            let through = p.normal.dot(scattered.departure.direction) * p.normal.dot(here.back.direction);
+            let through = through.lt(lanes.splat(0.0)).bits();
+            let number = walk.number.all();
+            let mut bits = 0;
+            for k in goes_on.lanes() {
+                let inside = &mut inside[number[k] as usize];
+                if inside.is_at_boundary() && through >> k & 1 == 1 {
+                    inside.go_through();
+                }
+                bits |= u32::from(!inside.is_nothing()) << k;
+            }
+            is_inside = lanes.mask(bits);
+        }
+        let flag = |condition: L::M, flag: u32| condition.select(lanes.splat_u(flag), lanes.splat_u(0));
         let onwards = Walk {
             departure: scattered.departure,
             whole: scattered.whole,
             position: p.position,
             normal: p.normal,
             primitive: words(lanes, p),
-            is_delta: is_delta.select(one, zero),
+            flags: flag(is_delta, DELTA) | flag(is_inside, INSIDE),
             ..*walk
         };
-        next.push(&onwards, scattered.goes_on & which);
+        next.push(&onwards, goes_on);
     }
 
     /// s = 0: those of the lanes `which` whose vertex lies on a light.
@@ -434,6 +511,7 @@ impl Integrator {
         let connection = Connection::<L> {
             ray: Ray::joining(z, y),
             primitives: [words(lanes, z), words(lanes, y)],
+            ends: [z.position, y.position],
             value,
             raster: walk.raster,
         };
@@ -452,7 +530,7 @@ impl Integrator {
         (end, pdf_end): (&Point<L, Bsdfs<L>>, PdfArea<L::F>),
     ) -> L::F {
         let none = lanes.mask(0);
-        let is_delta = walk.is_delta.eq(lanes.splat_u(1));
+        let is_delta = !(walk.flags & lanes.splat_u(DELTA)).eq(lanes.splat_u(0));
         let of_camera = Tail { pdf_fwd: [here.pdf_fwd; 2], is_delta: [is_delta, none], rivals: RivalSum::none(lanes) };
         let of_light = Tail { pdf_fwd: [pdf_end; 2], is_delta: [none; 2], rivals: RivalSum::none(lanes) };
         let around = Around {

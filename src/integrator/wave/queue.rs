@@ -6,8 +6,10 @@ use crate::{
     path::Departure,
     sampling::PdfSolidAngle,
     scene::{
+        Scene,
         bsdf::Bsdfs,
-        geometry::{PrimitiveId, Ray, Rays},
+        geometry::{Hit, Hits, PrimitiveId, Ray, Rays},
+        media::Inside,
         point::{Place, Point},
     },
 };
@@ -88,14 +90,21 @@ pub struct Walk<L: Lanes> {
     pub position: L::V,
     pub normal: L::V,
     pub primitive: [L::U; 2],
-    /// 1 if that vertex passes a delta lobe, else 0.
-    pub is_delta: L::U,
+    /// [`DELTA`], [`INSIDE`].
+    pub flags: L::U,
     /// Where on the image it began.
     pub raster: [L::F; 2],
     /// The sequences of its random numbers: the scrambles for the camera and for connections, and the index.
     pub scrambles: [L::U; 2],
     pub index: L::U,
+    /// Which of the wave's walks it is.
+    pub number: L::U,
 }
+
+/// The walk's last vertex passes a delta lobe.
+pub const DELTA: u32 = 1;
+/// It goes through a body.
+pub const INSIDE: u32 = 2;
 
 impl<L: Lanes> Walk<L> {
     /// Its last vertex, as far as an edge from there depends on it.
@@ -107,7 +116,7 @@ impl<L: Lanes> Walk<L> {
 
 /// Walks side by side.
 #[derive(Clone, Debug)]
-pub struct Walks(pub Columns<20, 6>);
+pub struct Walks(pub Columns<20, 7>);
 
 impl Walks {
     pub fn new() -> Self {
@@ -131,9 +140,10 @@ impl Walks {
             normal: v(15),
             raster: [x[18], x[19]],
             primitive: [u[0], u[1]],
-            is_delta: u[2],
+            flags: u[2],
             scrambles: [u[3], u[4]],
             index: u[5],
+            number: u[6],
         }
     }
 
@@ -145,7 +155,10 @@ impl Walks {
         let ([m, n, o], [x, y]) = (walk.normal.coordinates(), walk.raster);
         let numbers = [a, b, c, d, e, f, pdf.0, g, h, i, survival, walk.whole, j, k, l, m, n, o, x, y];
         let ([instance, primitive], [camera, connection]) = (walk.primitive, walk.scrambles);
-        self.0.push::<L>((numbers, [instance, primitive, walk.is_delta, camera, connection, walk.index]), which);
+        self.0.push::<L>(
+            (numbers, [instance, primitive, walk.flags, camera, connection, walk.index, walk.number]),
+            which,
+        );
     }
 
     /// The ray of the `at`-th.
@@ -153,6 +166,37 @@ impl Walks {
     pub fn ray(&self, at: usize) -> Ray {
         let v = |[x, y, z]: [&[f32]; 3]| glam::Vec3::new(x[at], y[at], z[at]);
         Ray { origin: v(self.0.vectors(0)), direction: v(self.0.vectors(3)), t_max: f32::INFINITY }
+    }
+
+    /// The primitive that the `at`-th has left.
+    #[inline(always)]
+    pub fn left(&self, at: usize) -> PrimitiveId {
+        self.0.primitive(0, at)
+    }
+
+    /// Whether those from the `at`-th on, one for each lane, are outside of all bodies.
+    #[inline(always)]
+    pub fn outside<L: Lanes>(&self, lanes: L, at: usize) -> L::M {
+        (lanes.load_u(&self.0.words[2][at..]) & lanes.splat_u(INSIDE)).eq(lanes.splat_u(0))
+    }
+
+    /// The surface point to which the `at`-th comes, as [`Subpath`](crate::path::Subpath) would; `None` if it leaves
+    /// the scene.
+    #[inline(always)]
+    pub fn arrive(&self, scene: &Scene, at: usize, hits: &Hits, inside: &mut [Inside]) -> Option<Point> {
+        let (ray, mut hit) = (self.ray(at), hits.get(at)?);
+        if scene.geometry().has_coincident() && !scene.geometry().is_met_first(&ray, self.left(at), &hit) {
+            // All is opaque, so that nothing asks whether to stop.
+            hit = scene.trace_ray(ray.origin, ray.direction, self.left(at), |_| true).hit?;
+        }
+        let mut point = scene.point_at(&ray, &hit);
+        if let Some(media) = scene.media() {
+            let inside = &mut inside[self.0.words[6][at] as usize];
+            if !inside.may_pass_over(media, &point) {
+                inside.arrive(scene, media, &mut point, ray.direction);
+            }
+        }
+        Some(point)
     }
 
     /// All rays.
@@ -167,8 +211,9 @@ impl Walks {
 pub struct Connection<L: Lanes> {
     /// The segment.
     pub ray: Ray<L::V>,
-    /// The primitives of both ends.
+    /// The primitives of both ends, and where they are.
     pub primitives: [[L::U; 2]; 2],
+    pub ends: [L::V; 2],
     /// What it deposits if nothing is in the way.
     pub value: Rgb<L::V>,
     /// Where.
@@ -177,7 +222,7 @@ pub struct Connection<L: Lanes> {
 
 /// Connections side by side.
 #[derive(Clone, Debug)]
-pub struct Connections(pub Columns<12, 4>);
+pub struct Connections(pub Columns<18, 4>);
 
 impl Connections {
     pub fn new() -> Self {
@@ -186,16 +231,35 @@ impl Connections {
 
     #[inline(always)]
     pub fn push<L: Lanes>(&mut self, connection: &Connection<L>, which: L::M) {
-        let Connection { ray, primitives: [[a, b], [c, d]], value, raster: [x, y] } = connection;
+        let Connection { ray, primitives: [[a, b], [c, d]], ends, value, raster: [x, y] } = connection;
         let ([i, j, k], [l, m, n]) = (ray.origin.coordinates(), ray.direction.coordinates());
         let [r, g, blue] = value.channels().coordinates();
-        self.0.push::<L>(([i, j, k, l, m, n, ray.t_max, r, g, blue, *x, *y], [*a, *b, *c, *d]), which);
+        let [[o, p, q], [s, t, u]] = [ends[0].coordinates(), ends[1].coordinates()];
+        let numbers = [i, j, k, l, m, n, ray.t_max, r, g, blue, *x, *y, o, p, q, s, t, u];
+        self.0.push::<L>((numbers, [*a, *b, *c, *d]), which);
     }
 
     /// All rays.
     pub fn put_rays(&self, rays: &mut Rays) {
         let skip = |i| [self.0.primitive(0, i), self.0.primitive(2, i)];
         rays.set(self.0.len, [self.0.vectors(0), self.0.vectors(3)], |i| self.0.numbers[6][i], skip);
+    }
+
+    /// Whether the ends of the `at`-th see each other although `hit` lies between them: where surfaces coincide, what
+    /// is in the plane of an end is no obstacle.
+    #[inline(always)]
+    pub fn sees_despite(&self, scene: &Scene, at: usize, hit: &Hit) -> bool {
+        let v = |i: usize| glam::Vec3::from([i, i + 1, i + 2].map(|i| self.0.numbers[i][at]));
+        let ray = Ray { origin: v(0), direction: v(3), t_max: self.0.numbers[6][at] };
+        let primitives = [self.0.primitive(0, at), self.0.primitive(2, at)];
+        if !scene.geometry().may_be_in_plane_of_end(&ray, primitives, hit) {
+            return false;
+        }
+        let end = |position, primitive| {
+            let place = if primitive == PrimitiveId::NONE { Place::Degenerate } else { Place::Surface };
+            Point { place, primitive, ..Point::nowhere(position) }
+        };
+        scene.sees_among_coincident(&ray, &end(v(12), primitives[0]), &end(v(15), primitives[1]))
     }
 
     /// The value of the `at`-th and its place on the image.

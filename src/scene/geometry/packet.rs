@@ -164,15 +164,12 @@ impl<L: Lanes> Packet<L> {
         let triangle = Triangle::new([Vec3::from_array(a), Vec3::from_array(b), Vec3::from_array(c)]);
         let t = self.distance(triangle.cross(), Vec3::from_array(a).as_dvec3(), range);
         let ahead = candidates & lanes.splat(0.0).lt(t);
-        if !O::NEAREST_FIRST {
-            met.any |= (ahead & t.lt(limit)).bits();
-            return;
-        }
         // At equal distance the smaller id: see `Hit::order`.
         let (before, there) = (lanes.load_u(&met.index), lanes.load_u(&met.instance));
         let world = lanes.splat_u(PrimitiveId::WORLD);
         let first = world.lt(there) | (world.eq(there) & index.lt(before));
-        let hit = ahead & (t.lt(limit) | (t.eq(limit) & first));
+        let nearer = if O::NEAREST_FIRST { t.lt(limit) | (t.eq(limit) & first) } else { t.lt(limit) };
+        let hit = ahead & nearer;
         if hit.any() {
             let [v, w] = [lanes.load(&met.barycentric[0]), lanes.load(&met.barycentric[1])];
             hit.select(t, limit).store(&mut met.limit);

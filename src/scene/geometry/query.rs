@@ -143,13 +143,8 @@ impl Geometry {
                 if !met.improves(k, &hit) {
                     return limit;
                 }
-                if O::NEAREST_FIRST {
-                    met.put(k, hit);
-                    hit.t
-                } else {
-                    met.any |= 1 << k;
-                    f32::NEG_INFINITY
-                }
+                met.put(k, hit);
+                if O::NEAREST_FIRST { hit.t } else { f32::NEG_INFINITY }
             })
         });
     }

@@ -185,16 +185,18 @@ impl Geometry {
         }
     }
 
-    /// Of each ray whether anything but the two primitives that it passes by lies on it, as [`Self::obstacle`] finds
-    /// it, in `found`.
+    /// Of each ray something other than the two primitives that it passes by, as [`Self::obstacle`] finds it, in
+    /// `found`: which of several, depends on the tree and the packets.
     ///
     /// # Panics
     /// If there are primitives, but [`Self::build`] has not been called.
-    pub fn obstacle_of_each(&self, rays: &Rays, found: &mut Vec<bool>) {
-        found.clear();
+    pub fn obstacle_of_each(&self, rays: &Rays, found: &mut Hits) {
+        found.start(rays.len);
         match self.instructions() {
             Instructions::Portable => {
-                self.packets::<LargestFirst, _>(Arrays::<1>, 1, rays, |_, n, met| put_found(n, met, found));
+                self.packets::<LargestFirst, _>(Arrays::<1>, 1, rays, |from, _, met| {
+                    found.put(Arrays::<1>, from, met);
+                });
             }
             #[cfg(target_arch = "x86_64")]
             Instructions::Avx2(eight) => unsafe { self.obstacle_avx2(eight, rays, found) },
@@ -221,14 +223,14 @@ impl Geometry {
 
     #[cfg(target_arch = "x86_64")]
     #[target_feature(enable = "avx2,bmi1,bmi2,lzcnt,popcnt")]
-    fn obstacle_avx2(&self, lanes: Eight, rays: &Rays, found: &mut Vec<bool>) {
-        self.packets::<LargestFirst, _>(lanes, 4, rays, |_, n, met| put_found(n, met, found));
+    fn obstacle_avx2(&self, lanes: Eight, rays: &Rays, found: &mut Hits) {
+        self.packets::<LargestFirst, _>(lanes, 4, rays, |from, _, met| found.put(lanes, from, met));
     }
 
     #[cfg(target_arch = "x86_64")]
     #[target_feature(enable = "avx512f,avx512vl,avx512dq,avx512bw,avx512cd,avx2,bmi1,bmi2,lzcnt,popcnt")]
-    fn obstacle_avx512(&self, lanes: Sixteen, rays: &Rays, found: &mut Vec<bool>) {
-        self.packets::<LargestFirst, _>(lanes, 8, rays, |_, n, met| put_found(n, met, found));
+    fn obstacle_avx512(&self, lanes: Sixteen, rays: &Rays, found: &mut Hits) {
+        self.packets::<LargestFirst, _>(lanes, 8, rays, |from, _, met| found.put(lanes, from, met));
     }
 
     /// Walks all rays, one packet after the other; `put` gets where a packet begins, how many rays it has, and what
@@ -264,13 +266,5 @@ impl Geometry {
             put(from, n, &met);
             from += L::N;
         }
-    }
-}
-
-/// Adds which of the first `n` rays of a packet have met anything.
-#[inline(always)]
-pub(super) fn put_found(n: usize, met: &Met, found: &mut Vec<bool>) {
-    for k in 0..n {
-        found.push(met.any >> k & 1 == 1);
     }
 }

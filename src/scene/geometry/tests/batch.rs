@@ -8,7 +8,6 @@ use crate::{
     scene::geometry::{
         bvh::{LargestFirst, NearestFirst},
         packet::Met,
-        rays::put_found,
     },
 };
 
@@ -24,7 +23,7 @@ impl Met {
 fn packets<L: Lanes>(g: &Geometry, lanes: L, few: u32, rays: &Rays) -> (Vec<Option<Hit>>, Vec<bool>) {
     let (mut hits, mut found) = (Vec::new(), Vec::new());
     g.packets::<NearestFirst, _>(lanes, few, rays, |_, n, met| hits.extend((0..n).map(|k| met.hit(k))));
-    g.packets::<LargestFirst, _>(lanes, few, rays, |_, n, met| put_found(n, met, &mut found));
+    g.packets::<LargestFirst, _>(lanes, few, rays, |_, n, met| found.extend((0..n).map(|k| met.any >> k & 1 == 1)));
     (hits, found)
 }
 
@@ -61,12 +60,12 @@ fn a_ray_meets_the_same_in_a_batch_and_alone() {
         let found: Vec<_> = single.iter().map(|(ray, skip)| g.occluded(ray, *skip)).collect();
         met[0] += hits.iter().flatten().count();
         met[1] += found.iter().filter(|found| **found).count();
-        let (mut own_hits, mut own_found) = (Hits::default(), Vec::new());
+        let (mut own_hits, mut own_found) = (Hits::default(), Hits::default());
         g.closest_of_each(&batch, &mut own_hits);
         g.obstacle_of_each(&batch, &mut own_found);
         let few = case as u32 % 4;
         let ways = [
-            (own_hits.iter().collect(), own_found),
+            (own_hits.iter().collect(), own_found.iter().map(|hit| hit.is_some()).collect()),
             packets(&g, Arrays::<4>, few, &batch),
             packets(&g, Arrays::<16>, [0, 2, 8, 16][case % 4], &batch),
         ];
@@ -94,9 +93,10 @@ fn a_batch_passes_by_both_of_what_it_may_pass() {
     let [a, b] = [0, 1].map(PrimitiveId::world);
     let skips = [[PrimitiveId::NONE; 2], [a, PrimitiveId::NONE], [PrimitiveId::NONE, a], [b, a], [a, b]];
     rays.extend(&[Ray { origin: Vec3::ZERO, direction: Vec3::Z, t_max: 2.5 }; 5], |i| skips[i]);
-    let (mut hits, mut found) = (Hits::default(), Vec::new());
+    let (mut hits, mut obstacles) = (Hits::default(), Hits::default());
     g.closest_of_each(&rays, &mut hits);
-    g.obstacle_of_each(&rays, &mut found);
+    g.obstacle_of_each(&rays, &mut obstacles);
+    let found: Vec<_> = obstacles.iter().map(|hit| hit.is_some()).collect();
     assert_eq!(
         hits.iter().map(|hit| hit.map(|h| h.t)).collect::<Vec<_>>(),
         [Some(1.0), Some(2.0), Some(2.0), None, None]
@@ -106,8 +106,8 @@ fn a_batch_passes_by_both_of_what_it_may_pass() {
     let mut empty = Geometry::default();
     empty.build();
     empty.closest_of_each(&rays, &mut hits);
-    empty.obstacle_of_each(&rays, &mut found);
-    assert!(hits.iter().count() == 5 && hits.iter().all(|hit| hit.is_none()) && found == [false; 5]);
+    empty.obstacle_of_each(&rays, &mut obstacles);
+    assert!(hits.iter().count() == 5 && hits.iter().chain(obstacles.iter()).all(|hit| hit.is_none()));
     g.closest_of_each(&Rays::default(), &mut hits);
     assert_eq!(hits.iter().count(), 0);
 }
