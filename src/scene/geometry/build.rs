@@ -43,6 +43,16 @@ impl BuildEffort {
         }
     }
 
+    /// What is likely to have so many samples of pixels first, trees over so many triangles included.
+    pub(super) fn for_work(triangles: u64, samples: u64) -> Self {
+        if samples < Self::WORTH_IT * triangles { Self::Fast } else { Self::Best }
+    }
+
+    /// From how many samples for each triangle on the best tree is worth the time that it takes longer: nine
+    /// microseconds of a core for each triangle, where a sample takes three to ten, and about a tenth less by the best
+    /// tree (`benches/notes/rays.md`).
+    const WORTH_IT: u64 = 10;
+
     /// Of all nodes, the part that is tried elsewhere at first.
     fn reinsertion(self) -> f32 {
         match self {

@@ -239,6 +239,16 @@ impl Geometry {
         self.effort = effort;
     }
 
+    /// Sets the effort by which so many samples of pixels, the trees included, are likely to be there first.
+    ///
+    /// # Panics
+    /// After [`Self::build`].
+    pub fn set_effort_for(&mut self, samples: u64) {
+        let meshes = self.meshes.iter().map(|m| u64::from(m.mesh.len()));
+        let triangles = u64::from(self.world.len()) + meshes.sum::<u64>();
+        self.set_effort(BuildEffort::for_work(triangles, samples));
+    }
+
     /// Builds the trees. Nothing may be added afterwards; ids are final from here on.
     ///
     /// # Panics
