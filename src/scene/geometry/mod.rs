@@ -12,6 +12,7 @@ mod attributes;
 mod binary;
 mod build;
 mod bvh;
+mod cluster;
 mod coincident;
 mod collapse;
 mod horizon;
