@@ -10,8 +10,8 @@ use super::{
 /// A product of factors in [0, 1], the same to the last bit in whatever order they come. Trees show the surfaces on a
 /// segment in any order, and an image must not depend on the tree; floats that are multiplied one by one would.
 ///
-/// The sum of the factors' logarithms, in fixed point: a factor alone comes out as it went in, and any number of them is
-/// within 10⁻¹² each of what it should be.
+/// The sum of the factors' logarithms, in fixed point: a factor alone comes out as it went in, and each of several adds
+/// an error of 10⁻¹² at most.
 #[derive(Clone, Copy)]
 pub(super) struct Product {
     /// How often 1 is halved, in units of 2⁻⁴⁰. What a sum cannot hold is 0 anyway.
