@@ -10,6 +10,7 @@ use std::ops::ControlFlow;
 
 use super::{
     Scene,
+    alpha::Product,
     geometry::{Geometry, Hit, Plane, PrimitiveId, Rank, Ray},
     point::{Place, Point},
 };
@@ -113,14 +114,14 @@ impl Scene {
             _ => None,
         };
         let ends = [plane(a), plane(b)];
-        let mut visibility = 1.0;
+        let mut visibility = Product::ONE;
         let _ = self.geometry.crossings(ray, [a.primitive, b.primitive], |hit| {
             if !ends.iter().flatten().any(|end| self.geometry.is_in(end, hit)) {
-                visibility *= 1.0 - alpha(hit);
+                visibility.times(1.0 - alpha(hit));
             }
-            if visibility == 0.0 { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+            if visibility.is_zero() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
         });
-        visibility
+        visibility.value()
     }
 }
 

@@ -22,6 +22,7 @@ use std::{ops::ControlFlow, sync::OnceLock};
 use glam::{DVec3, Vec2, Vec3};
 
 use self::{
+    alpha::Product,
     areas::SurfaceAreas,
     bsdf::Bsdf,
     camera::{Camera, Raster},
@@ -327,12 +328,12 @@ impl Scene {
         if self.geometry.has_coincident() {
             return self.visible_among_coincident(ray, a, b, alpha);
         }
-        let mut visibility = 1.0;
+        let mut visibility = Product::ONE;
         let _ = self.geometry.crossings(ray, skip, |hit| {
-            visibility *= 1.0 - alpha(hit);
-            if visibility == 0.0 { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+            visibility.times(1.0 - alpha(hit));
+            if visibility.is_zero() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
         });
-        visibility
+        visibility.value()
     }
 
     /// [`Self::alpha`] for the camera, which looks along `w`: 0 at a culled back face.

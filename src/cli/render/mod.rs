@@ -69,12 +69,15 @@ pub fn run(args: &RenderArgs) -> Result<Exit, Failure> {
     let pool = args.paths.thread_pool()?;
     let mut phases = Phases::start();
 
-    let opened = Opened::read(&args.scene, terminal)?;
+    let mut opened = Opened::read(&args.scene, terminal)?;
     phases.end("read");
     let sensor = camera::sensor(&args.size, DEFAULT_WIDTH, args.filter.padding(), &opened.view);
     let settings = settings(args, crop(args, sensor)?, only);
     check_memory(args, &settings)?;
     check_light_subpaths(&settings)?;
+    if let (None, Some(samples)) = (args.scene.build, announced(args, sensor)) {
+        opened.loaded.geometry.set_effort_for(samples);
+    }
     let (view, shown, scene_hash) = (opened.view.clone(), opened.shown, opened.loaded.hash.clone());
     let (scene, environment) = opened.into_scene(&args.scene, sensor, terminal)?;
     let lights = args.paths.lights.unwrap_or_else(|| args.integrator.choice_among(scene.lights()));
@@ -223,6 +226,17 @@ fn wanted(args: &RenderArgs) -> Wanted {
     let spp = args.spp.unwrap_or(if args.noise.is_some() { MOST_FOR_NOISE } else { DEFAULT_SPP });
     let passes = args.part.shard.map_or(0..spp, |shard| shard.passes(spp));
     Wanted { goal: Goal::Passes(passes.len() as u32), passes, whole: Some(spp) }
+}
+
+/// About how many samples the whole image will have, whichever part of it this is; `None` where that is anybody's guess.
+fn announced(args: &RenderArgs, sensor: Sensor) -> Option<u64> {
+    /// Of two cores, in small scenes.
+    const SAMPLES_A_SECOND: f64 = 1e6;
+    match (args.time, args.noise) {
+        (Some(time), _) => Some((time.as_secs_f64() * SAMPLES_A_SECOND) as u64),
+        (None, Some(_)) => None,
+        (None, None) => Some(u64::from(args.spp.unwrap_or(DEFAULT_SPP)) * u64::from(sensor.pixels())),
+    }
 }
 
 fn only(args: &RenderArgs) -> Result<Option<(Strategy, Weighting)>, Failure> {

@@ -58,9 +58,10 @@ pub struct SceneArgs {
     pub focus: Option<f32>,
 
     /// How much time building the tree over the scene may take: little, for previews of large scenes (fast), or what
-    /// makes rays fastest (best). The image does not depend on it
-    #[arg(long, value_name = "EFFORT", default_value = BuildEffort::default().name(), value_parser = values::effort())]
-    pub build: BuildEffort,
+    /// makes rays fastest (best). The image does not depend on it [default: best; fast where a render asks for too few
+    /// samples to be worth the wait]
+    #[arg(long, value_name = "EFFORT", value_parser = values::effort())]
+    pub build: Option<BuildEffort>,
 
     /// Hide the back faces of single-sided materials from the camera, as rasterizers do; mirrors, light and shadows
     /// still meet them

@@ -26,7 +26,7 @@ impl Opened {
         for warning in &loaded.warnings {
             terminal.warn(warning);
         }
-        loaded.geometry.set_effort(args.build);
+        loaded.geometry.set_effort(args.build.unwrap_or_default());
         let view = camera::choose(args, &loaded, terminal)?;
         let shown = loaded.summary.scene.filter(|_| loaded.summary.scenes.len() > 1);
         Ok(Self { loaded, view, shown })

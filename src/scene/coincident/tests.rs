@@ -247,6 +247,14 @@ fn what_is_further_apart_than_its_error_does_not_coincide() {
     let sides = sides.iter().flat_map(|&[a, b, c, d]| [[a, b, c], [a, c, d]]);
     g.add_triangles(&cube, None, &sides.collect::<Vec<_>>(), MaterialId(OPAQUE));
     assert!(!scene_of(g).geometry().has_coincident());
+    // Rough ground: neighbours at a vertex that are nearly parallel.
+    let mut r = StdRng::seed_from_u64(5);
+    let rough: Vec<Vec3> =
+        (0..400).map(|i| Vec3::new((i % 20) as f32, (i / 20) as f32, 0.5 * r.random::<f32>())).collect();
+    let mut g = Geometry::default();
+    let cells = (0..361).map(|i| i / 19 * 20 + i % 19).flat_map(|i| [[i, i + 1, i + 20], [i + 1, i + 21, i + 20]]);
+    g.add_triangles(&rough, None, &cells.collect::<Vec<_>>(), MaterialId(OPAQUE));
+    assert!(!scene_of(g).geometry().has_coincident());
 }
 
 /// Flush faces of instances, of instances and the world, and within a mesh.

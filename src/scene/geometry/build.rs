@@ -1,22 +1,19 @@
-//! From primitives to a binary tree. obvhs finds its shape (parallel locally-ordered clustering and reinsertion); the
-//! bound on its depth is ours, and so is everything after: see the module `collapse`.
+//! From primitives to a binary tree. obvhs finds its shape (see the module `cluster`); the bound on its depth is ours,
+//! and so is everything after: see the module `collapse`.
 //!
 //! Two nodes for each triangle are alive here, and little else: a scene's peak of memory is the time of its tree.
 
 use std::ops::Range;
 
 use glam::{DVec3, Vec3};
-use obvhs::{
-    aabb::Aabb,
-    bvh2::{Bvh2, node::Bvh2Node, reinsertion::ReinsertionOptimizer},
-    ploc::{PlocBuilder, SortPrecision},
-};
+use obvhs::aabb::Aabb;
 use rayon::prelude::*;
 
 use super::{
     Bounds,
     binary::{Binary, BinaryNode, MAX_LEAF, Primitives},
     bvh::{MAX_DEPTH, Tree},
+    cluster::{Below, Shape, cluster},
     collapse::collapse,
     same::same,
 };
@@ -43,8 +40,18 @@ impl BuildEffort {
         }
     }
 
+    /// What is likely to have so many samples of pixels first, trees over so many triangles included.
+    pub(super) fn for_work(triangles: u64, samples: u64) -> Self {
+        if samples < Self::WORTH_IT * triangles { Self::Fast } else { Self::Best }
+    }
+
+    /// From how many samples for each triangle on the best tree is worth the time that it takes longer: nine
+    /// microseconds of a core for each triangle, where a sample takes three to ten, and about a tenth less by the best
+    /// tree (`benches/notes/rays.md`).
+    const WORTH_IT: u64 = 10;
+
     /// Of all nodes, the part that is tried elsewhere at first.
-    fn reinsertion(self) -> f32 {
+    pub(super) fn reinsertion(self) -> f32 {
         match self {
             Self::Fast => 0.02,
             Self::Best => 1.0,
@@ -54,11 +61,14 @@ impl BuildEffort {
 
 /// Builds the tree over any number of primitives.
 pub(super) fn build(primitives: &Primitives, effort: BuildEffort) -> Tree {
+    collapse(primitives, binary(primitives, effort))
+}
+
+fn binary(primitives: &Primitives, effort: BuildEffort) -> Binary {
     let groups = Groups::of(primitives);
-    let shape = (groups.len() > 1).then(|| cluster(primitives, &groups, effort));
-    let binary = Draft::new(primitives, &groups, shape.as_ref()).binary();
-    drop((groups, shape));
-    collapse(primitives, &binary)
+    let aabb = |group: u32| groups.unit.aabb((primitives.get)(groups.members(group)[0]).bounds());
+    let shape = (groups.len() > 1).then(|| cluster(groups.len() as u32, &aabb, effort));
+    Draft::new(primitives, &groups, shape.as_ref()).binary()
 }
 
 /// Primitives of a kind with the same box: obvhs takes quadratic time for such.
@@ -134,29 +144,6 @@ impl Groups {
     }
 }
 
-/// The shape of the tree over groups, a leaf for each. In scenes of millions it may depend on the number of threads, as
-/// obvhs sorts what is equal; what rays hit does not.
-fn cluster(primitives: &Primitives, groups: &Groups, effort: BuildEffort) -> Bvh2 {
-    let count = groups.len() as u32;
-    let leaf = |group: u32| {
-        let bounds = (primitives.get)(groups.members(group)[0]).bounds();
-        Bvh2Node::new(groups.unit.aabb(bounds), 1, group)
-    };
-    let mut builder = PlocBuilder::new();
-    builder.current_nodes = (0..count).into_par_iter().map(leaf).collect();
-    let all = builder.current_nodes.iter().fold(Aabb::empty(), |all, node| all.union(node.aabb()));
-    let mut bvh = Bvh2::default();
-    bvh.reset_for_reuse(count as usize, Some((0..count).collect()));
-    match effort {
-        BuildEffort::Fast => builder.build_ploc_from_leaves::<6, false>(&mut bvh, all, SortPrecision::U64, 2),
-        BuildEffort::Best => builder.build_ploc_from_leaves::<14, false>(&mut bvh, all, SortPrecision::U64, 1),
-    }
-    drop(builder);
-    ReinsertionOptimizer::default().run(&mut bvh, effort.reinsertion(), None);
-    bvh.parents = Vec::new();
-    bvh
-}
-
 /// The number of levels of a balanced tree over n primitives.
 fn balanced_height(n: usize) -> usize {
     n.next_power_of_two().trailing_zeros() as usize
@@ -166,7 +153,7 @@ fn balanced_height(n: usize) -> usize {
 struct Draft<'a> {
     primitives: &'a Primitives<'a>,
     groups: &'a Groups,
-    shape: Option<&'a Bvh2>,
+    shape: Option<&'a Shape>,
     /// Of each node of `shape`, the inner nodes on the longest way down from it (or 65,535).
     heights: Vec<u16>,
     order: Vec<u32>,
@@ -181,24 +168,21 @@ enum Subtree {
 }
 
 impl<'a> Draft<'a> {
-    fn new(primitives: &'a Primitives<'a>, groups: &'a Groups, shape: Option<&'a Bvh2>) -> Self {
+    fn new(primitives: &'a Primitives<'a>, groups: &'a Groups, shape: Option<&'a Shape>) -> Self {
         let mut draft = Self { primitives, groups, shape, heights: Vec::new(), order: Vec::new() };
         draft.order.reserve_exact(groups.members.len());
-        let Some(bvh) = shape else {
+        let Some(shape) = shape else {
             draft.order.extend(&groups.members);
             return draft;
         };
-        draft.heights.resize(bvh.nodes.len(), 0);
+        draft.heights.resize(shape.len(), 0);
         // Loops, not recursion: obvhs's tree can be as deep as it has leaves.
-        let mut order = Vec::with_capacity(bvh.nodes.len());
+        let mut order = Vec::with_capacity(shape.len());
         draft.walk(0, |node| order.push(node as u32));
         for i in order.into_iter().rev().map(|i| i as usize) {
-            let node = &bvh.nodes[i];
-            draft.heights[i] = if node.is_leaf() {
-                balanced_height(groups.members(node.first_index).len()) as u16
-            } else {
-                let [a, b] = [0, 1].map(|side| draft.heights[node.first_index as usize + side]);
-                a.max(b).saturating_add(1)
+            draft.heights[i] = match shape.below(i) {
+                Below::Leaf(group) => balanced_height(groups.members(group).len()) as u16,
+                Below::Nodes([a, b]) => draft.heights[a].max(draft.heights[b]).saturating_add(1),
             };
         }
         draft
@@ -206,21 +190,20 @@ impl<'a> Draft<'a> {
 
     /// Visits a node of obvhs's tree and all below it, each before those below it.
     fn walk(&self, from: usize, mut visit: impl FnMut(usize)) {
-        let Some(bvh) = self.shape else { return };
+        let Some(shape) = self.shape else { return };
         let mut todo = vec![from];
         while let Some(i) = todo.pop() {
             visit(i);
-            let node = &bvh.nodes[i];
-            if !node.is_leaf() {
-                todo.extend([node.first_index as usize + 1, node.first_index as usize]);
+            if let Below::Nodes([a, b]) = shape.below(i) {
+                todo.extend([b, a]);
             }
         }
     }
 
     /// The primitives of a node of obvhs's tree, if it is a leaf.
     fn leaf(&self, node: usize) -> &'a [u32] {
-        match self.shape.map(|bvh| &bvh.nodes[node]) {
-            Some(node) if node.is_leaf() => self.groups.members(node.first_index),
+        match self.shape.map(|shape| shape.below(node)) {
+            Some(Below::Leaf(group)) => self.groups.members(group),
             _ => &[],
         }
     }
@@ -264,8 +247,7 @@ impl<'a> Draft<'a> {
 
     /// The nodes below an inner node of obvhs's tree, if they are followed.
     fn followed(&self, node: usize, depth: usize) -> Option<[usize; 2]> {
-        let inner = self.shape.map(|bvh| &bvh.nodes[node]).filter(|node| !node.is_leaf())?;
-        let children = [inner.first_index as usize, inner.first_index as usize + 1];
+        let Below::Nodes(children) = self.shape?.below(node) else { return None };
         let fits = |child: usize| {
             let mut count = 0;
             self.walk(child, |i| count += self.leaf(i).len());
@@ -275,7 +257,7 @@ impl<'a> Draft<'a> {
     }
 
     fn binary(mut self) -> Binary {
-        let mut nodes = Vec::<BinaryNode>::with_capacity(self.shape.map_or(1, |bvh| bvh.nodes.len()));
+        let mut nodes = Vec::<BinaryNode>::with_capacity(self.shape.map_or(1, Shape::len));
         // Each with its depth, and the node whose second half it is.
         let mut todo = Vec::new();
         if !self.groups.members.is_empty() {
@@ -314,3 +296,56 @@ impl<'a> Draft<'a> {
 
 /// The box of nothing.
 const NOWHERE: Bounds = Bounds { min: Vec3::INFINITY, max: Vec3::NEG_INFINITY };
+
+#[cfg(test)]
+mod tests {
+    use super::{
+        super::{
+            node::{self, Primitive},
+            sphere::Sphere,
+            triangle::Triangle,
+        },
+        *,
+    };
+
+    /// Forty after the other have the same box, triangles and spheres alike.
+    fn in_forties(triangles: u32, i: u32) -> Primitive {
+        let low = Vec3::new((i / 40 % 7) as f32, (i / 280) as f32, 0.0) * 1.5;
+        let corner = |x, y, z| low + Vec3::new(x, y, z);
+        let shape = if i < triangles {
+            node::Shape::Triangle(Triangle::new([low, corner(1.0, 1.0, 0.0), corner(0.5, 0.0, 1.0)]))
+        } else {
+            node::Shape::Sphere(Sphere { center: low + 0.5, radius: 0.5 })
+        };
+        Primitive { shape, index: i }
+    }
+
+    #[test]
+    fn leaves_are_of_one_kind_and_hold_each_primitive_once() {
+        let cases = [(0, 0), (0, 1), (1, 2), (0, 90), (90, 90), (16, 17), (410, 700), (5, 1000)];
+        for ((triangles, count), effort) in cases.into_iter().flat_map(|c| BuildEffort::ALL.map(|effort| (c, effort))) {
+            let get = |i| in_forties(triangles, i);
+            let Binary { order, nodes } = binary(&Primitives { triangles, count, get: &get }, effort);
+            let mut place = vec![usize::MAX; count as usize];
+            order.iter().enumerate().for_each(|(at, i)| place[*i as usize] = at);
+            assert!(order.len() == count as usize && !place.contains(&usize::MAX), "{count}");
+            let mut in_leaves = 0;
+            for (i, node) in nodes.iter().enumerate() {
+                assert!(node.second == 0 || node.second as usize > i + 1, "halves come after their node");
+                if node.second == 0 {
+                    let members = &order[node.range()];
+                    assert!(members.len() <= MAX_LEAF);
+                    assert!(members.iter().all(|i| (*i < triangles) == (members[0] < triangles)), "{members:?}");
+                    in_leaves += members.len();
+                }
+            }
+            assert_eq!(in_leaves, order.len());
+            // What has the same box stays side by side, whatever the shape of the tree.
+            let key = |i: u32| (i < triangles, in_forties(triangles, i).bounds().min.to_array().map(f32::to_bits));
+            for group in (0..count).collect::<Vec<_>>().chunk_by(|a, b| key(*a) == key(*b)) {
+                let places = || group.iter().map(|i| place[*i as usize]);
+                assert_eq!(places().max().zip(places().min()).map(|(b, a)| b - a + 1), Some(group.len()));
+            }
+        }
+    }
+}

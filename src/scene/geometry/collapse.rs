@@ -46,13 +46,14 @@ struct Choice {
 }
 
 /// The cheapest wide tree.
-pub(super) fn collapse(primitives: &Primitives, binary: &Binary) -> Tree {
+pub(super) fn collapse(primitives: &Primitives, binary: Binary) -> Tree {
     if binary.nodes.is_empty() {
         return Tree::new(vec![], vec![], vec![], None);
     }
-    let mut plan = Plan::new(binary, choices(primitives, binary));
+    let mut plan = Plan::new(&binary, choices(primitives, &binary));
     let root = plan.write(primitives);
-    let Plan { children, blocks, others, .. } = plan;
+    let Plan { children, blocks, others, choices, .. } = plan;
+    drop(choices);
     let node = |children: &[Option<(u32, Child)>; WIDTH]| {
         let mut node = Node::EMPTY;
         for (slot, (from, child)) in children.iter().flatten().enumerate() {
@@ -60,13 +61,17 @@ pub(super) fn collapse(primitives: &Primitives, binary: &Binary) -> Tree {
         }
         node
     };
+    let nodes = children.par_iter().map(node).collect();
+    // Blocks take most of a tree's memory: what is not needed for them goes first.
+    drop(children);
+    drop(binary.nodes);
+    let order = binary.order;
     let block = |&(first, count): &(u32, u32)| {
-        let members = &binary.order[first as usize..][..count as usize];
+        let members = &order[first as usize..][..count as usize];
         let mut eight = [(primitives.get)(members[0]); WIDTH];
         eight.iter_mut().zip(members).for_each(|(primitive, i)| *primitive = (primitives.get)(*i));
         Block::new(&eight[..members.len()])
     };
-    let nodes = children.par_iter().map(node).collect();
     let blocks = blocks.par_iter().map(block).collect();
     Tree::new(nodes, blocks, others.into_iter().map(primitives.get).collect(), Some(root))
 }

@@ -12,6 +12,7 @@ mod attributes;
 mod binary;
 mod build;
 mod bvh;
+mod cluster;
 mod coincident;
 mod collapse;
 mod horizon;
@@ -237,6 +238,16 @@ impl Geometry {
     pub fn set_effort(&mut self, effort: BuildEffort) {
         self.assert_unbuilt();
         self.effort = effort;
+    }
+
+    /// Sets the effort by which so many samples of pixels, the trees included, are likely to be there first.
+    ///
+    /// # Panics
+    /// After [`Self::build`].
+    pub fn set_effort_for(&mut self, samples: u64) {
+        let meshes = self.meshes.iter().map(|m| u64::from(m.mesh.len()));
+        let triangles = u64::from(self.world.len()) + meshes.sum::<u64>();
+        self.set_effort(BuildEffort::for_work(triangles, samples));
     }
 
     /// Builds the trees. Nothing may be added afterwards; ids are final from here on.

@@ -58,10 +58,11 @@ impl Within {
         self.set(body, self.after(body, change));
     }
 
-    /// The number of `body` after a change.
+    /// The number of `body` after a change. It wraps: trees show the surfaces on a ray in any order, and so perhaps all
+    /// ways into many small parts of a body before any way out.
     #[inline]
     fn after(&self, body: MediumId, change: i8) -> i8 {
-        self.counts[body.bit()].saturating_add(change)
+        self.counts[body.bit()].wrapping_add(change)
     }
 
     /// The medium that is there after a change.
@@ -340,5 +341,21 @@ impl Media {
             Boundary::Local => boundary.ior = ratio(self.ior_behind(material)),
             Boundary::Nothing => {}
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn surfaces_count_in_any_order() {
+        let body = MediumId::first(1);
+        let mut within = Within::NOTHING;
+        (0..200).for_each(|_| within.add(body, 1));
+        (0..199).for_each(|_| within.add(body, -1));
+        assert_eq!(within.medium(), body);
+        within.add(body, -1);
+        assert_eq!(within, Within::NOTHING);
     }
 }

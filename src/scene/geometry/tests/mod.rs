@@ -456,6 +456,20 @@ fn an_empty_scene_is_empty() {
 }
 
 #[test]
+fn the_best_tree_is_for_those_who_trace_enough() {
+    let mut mesh = Mesh::default();
+    mesh.add_triangles(&[Vec3::ZERO, Vec3::X, Vec3::Y], None, &[[0, 1, 2]; 60], M);
+    let mut g = soup(&[[Vec3::ZERO, Vec3::X, Vec3::Y]; 40]);
+    let mesh = g.add_mesh(mesh);
+    // The trees are over a hundred triangles, however often the mesh is there.
+    (0..9).for_each(|_| g.add_instance(mesh, Placement::new(DAffine3::IDENTITY).expect("usable")));
+    for (samples, effort) in [(0, BuildEffort::Fast), (999, BuildEffort::Fast), (1000, BuildEffort::Best)] {
+        g.set_effort_for(samples);
+        assert_eq!(g.effort, effort, "{samples} samples");
+    }
+}
+
+#[test]
 fn sizes_are_what_the_documentation_says() {
     use std::mem::size_of;
     let sizes = [size_of::<Block>(), size_of::<Primitive>(), size_of::<Node>(), size_of::<Instance>()];
