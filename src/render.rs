@@ -225,7 +225,8 @@ impl<'a> Renderer<'a> {
 
     /// Brings one sample of each pixel of a tile to `destination`.
     fn task<'s>(&'s self, tile: u32, scratch: &mut Scratch, destination: Destination<'s>) {
-        let mut sink = TaskSink { renderer: self, rays: Rays::default(), spared: 0, lost_to_sides: 0, destination };
+        let (rays, sums) = (Rays::default(), None);
+        let mut sink = TaskSink { renderer: self, rays, spared: 0, lost_to_sides: 0, destination, sums };
         let samples = match self.settings.sampler {
             SamplerKind::Independent => self.tile_by::<Independent>(tile, scratch, &mut sink),
             SamplerKind::Sobol => self.tile_by::<Sobol>(tile, scratch, &mut sink),

@@ -18,6 +18,7 @@ mod plane;
 mod png;
 mod sparse;
 mod sum;
+mod tile;
 
 use std::sync::atomic::{AtomicU64, Ordering::Relaxed};
 
@@ -34,6 +35,7 @@ pub use self::{
     output::{Format, OutputError, UnknownFormat, check_writable, write_atomically},
     png::{Exposure, encode_png, srgb_codes},
     sum::ExactSum,
+    tile::TileSums,
 };
 use crate::{
     math::Rgb,

@@ -95,6 +95,23 @@ impl Plane {
         overflows
     }
 
+    /// A value in quanta, if a word can take it as it is; 0 is as many.
+    #[inline(always)]
+    pub(super) fn quanta(&self, value: f32) -> Option<i64> {
+        let bits = value.to_bits();
+        let shift = (bits >> 23 & 0xff).wrapping_sub(self.scale.lowest());
+        let quanta = i64::from(bits & 0x7f_ffff | 0x80_0000) << (shift & 63);
+        let quanta = if value.is_sign_negative() { -quanta } else { quanta };
+        if value == 0.0 { Some(0) } else { (shift <= LARGEST_SHIFT).then_some(quanta) }
+    }
+
+    /// Adds so many quanta. Returns how many channels have no room for theirs.
+    #[must_use]
+    pub(super) fn add_quanta(&self, pixel: usize, quanta: [i64; 3]) -> u64 {
+        let add = |(channel, quanta)| u64::from(self.add_word(pixel, channel, quanta).is_err());
+        quanta.into_iter().enumerate().map(add).sum()
+    }
+
     /// Adds what a word cannot take.
     #[inline(never)]
     fn add_elsewhere(&self, pixel: usize, channel: usize, value: f32) -> Result<(), Overflow> {

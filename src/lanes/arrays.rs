@@ -159,6 +159,10 @@ impl<const N: usize> Float for Each<f32, N> {
         self.map(f32::to_bits)
     }
     #[inline(always)]
+    fn of_bits(bits: Each<u32, N>) -> Self {
+        bits.map(f32::from_bits)
+    }
+    #[inline(always)]
     fn min(self, other: Self) -> Self {
         self.with(other, |a, b| if a < b { a } else { b })
     }

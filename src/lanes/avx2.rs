@@ -292,6 +292,10 @@ impl Float for F {
         U(unsafe { _mm256_castps_si256(self.0) })
     }
     #[inline(always)]
+    fn of_bits(bits: U) -> Self {
+        Self(unsafe { _mm256_castsi256_ps(bits.0) })
+    }
+    #[inline(always)]
     fn min(self, other: Self) -> Self {
         Self(unsafe { _mm256_min_ps(self.0, other.0) })
     }

@@ -243,6 +243,10 @@ impl Float for F {
         U(unsafe { _mm512_castps_si512(self.0) })
     }
     #[inline(always)]
+    fn of_bits(bits: U) -> Self {
+        Self(unsafe { _mm512_castsi512_ps(bits.0) })
+    }
+    #[inline(always)]
     fn min(self, other: Self) -> Self {
         Self(unsafe { _mm512_min_ps(self.0, other.0) })
     }

@@ -226,6 +226,8 @@ pub trait Float:
     fn lane(self, i: u32) -> f32;
     /// The bits of each.
     fn to_bits(self) -> <Self::Lanes as Lanes>::U;
+    /// The numbers of these bits.
+    fn of_bits(bits: <Self::Lanes as Lanes>::U) -> Self;
     /// The smaller one; `other` where one is NaN.
     fn min(self, other: Self) -> Self;
     /// The larger one; `other` where one is NaN.

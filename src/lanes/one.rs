@@ -99,6 +99,10 @@ impl Float for f32 {
         self.to_bits()
     }
     #[inline(always)]
+    fn of_bits(bits: u32) -> Self {
+        Self::from_bits(bits)
+    }
+    #[inline(always)]
     fn min(self, other: Self) -> Self {
         if self < other { self } else { other }
     }

@@ -41,6 +41,8 @@ pub struct Scattered<L: Lanes = One> {
     pub departure: Departure<L>,
     /// The lobe that it has used.
     pub lobe: L::Each<Lobe>,
+    /// Whether that is a delta lobe.
+    pub is_delta: L::M,
     /// The predecessor's other-side density, which the two directions at the vertex decide.
     pub reverse: PdfArea<L::F>,
     /// What [`Roulette::ByThroughput`] compares with from here on.
@@ -106,6 +108,7 @@ impl<L: Lanes, B: Surfaces<L>> Step<L, B> {
         Scattered {
             departure,
             lobe: sample.lobe,
+            is_delta: sample.is_delta,
             reverse: reverse.to_area(&self.back),
             whole,
             goes_on,

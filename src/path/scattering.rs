@@ -22,6 +22,8 @@ pub struct Sampled<L: Lanes = One> {
     pub direction: L::V,
     /// The lobe that it belongs to.
     pub lobe: L::Each<Lobe>,
+    /// Whether that is a delta lobe.
+    pub is_delta: L::M,
     /// f̂/α with the densities of both directions.
     pub scatter: Scatter<L>,
     /// Whether there is such a direction. There is none where the BSDF scatters nothing, or nothing in a direction that
@@ -32,13 +34,20 @@ pub struct Sampled<L: Lanes = One> {
 }
 
 impl Sampled {
-    const NOTHING: Self =
-        Self { direction: Vec3::Z, lobe: Lobe::Continuous, scatter: Scatter::ZERO, some: false, lost_to_sides: false };
+    const NOTHING: Self = Self {
+        direction: Vec3::Z,
+        lobe: Lobe::Continuous,
+        is_delta: false,
+        scatter: Scatter::ZERO,
+        some: false,
+        lost_to_sides: false,
+    };
     const LOST: Self = Self { lost_to_sides: true, ..Self::NOTHING };
 
     #[inline(always)]
     fn of(BsdfSample { direction, lobe, scatter }: BsdfSample) -> Self {
-        Self { direction, lobe, scatter, some: true, lost_to_sides: false }
+        let is_delta = lobe != Lobe::Continuous;
+        Self { direction, lobe, is_delta, scatter, some: true, lost_to_sides: false }
     }
 }
 
@@ -181,7 +190,8 @@ fn sample_diffuse<L: Lanes, B>(
     let (direction, scatter) = diffuse.sample_around(at.normal, known, transport, [x, y]);
     let (zero, (forward, _)) = (lanes.splat(0.0), scatter.forward_reverse(transport));
     let some = !scatter.f.is_black() & zero.lt(forward.0) & !at.normal.dot(direction).eq(zero);
-    Sampled { direction, lobe: lanes.each(|_| Lobe::Continuous), scatter, some, lost_to_sides: lanes.mask(0) }
+    let (lobe, none) = (lanes.each(|_| Lobe::Continuous), lanes.mask(0));
+    Sampled { direction, lobe, is_delta: none, scatter, some, lost_to_sides: none }
 }
 
 /// [`Surfaces::scatter_at`] lane by lane.
@@ -214,6 +224,7 @@ fn sample_each<L: Lanes>(
     Sampled {
         direction: lanes.vectors(|k| each[k].direction.to_array()),
         lobe: lanes.each(|k| each[k].lobe),
+        is_delta: lanes.condition(|k| each[k].is_delta),
         scatter: scatter_of_each(lanes, |k| each[k].scatter),
         some: lanes.condition(|k| each[k].some),
         lost_to_sides: lanes.condition(|k| each[k].lost_to_sides),

@@ -2,7 +2,7 @@
 
 use super::{Rays, Renderer};
 use crate::{
-    film::{Film, Half},
+    film::{Film, Half, TileSums},
     integrator::{Sink, WaveSink},
     layers::Layers,
     math::Rgb,
@@ -45,6 +45,8 @@ pub(super) struct TaskSink<'a> {
     pub(super) spared: u64,
     pub(super) lost_to_sides: u64,
     pub(super) destination: Destination<'a>,
+    /// The sums of the task's own pixels, where it has some.
+    pub(super) sums: Option<&'a mut TileSums>,
 }
 
 impl WaveSink for TaskSink<'_> {
@@ -56,7 +58,10 @@ impl WaveSink for TaskSink<'_> {
         }
         let value = settings.clamp.map_or(value, |most| value.min(Rgb::splat(most)));
         if let Destination::Film { half, .. } = self.destination {
-            film.deposit(raster, value, half);
+            match &mut self.sums {
+                Some(sums) => sums.deposit(film, raster, value, half),
+                None => film.deposit(raster, value, half),
+            }
         }
     }
 

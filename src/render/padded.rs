@@ -64,6 +64,13 @@ impl PaddedImage {
         })
     }
 
+    /// The upper left pixel of a tile.
+    pub(super) fn corner(self, tile: u32) -> [i32; 2] {
+        let [[x, _], [y, _]] = self.extent(tile);
+        let Pixel { x, y } = self.pixel(x, y);
+        [x, y]
+    }
+
     fn extent(self, tile: u32) -> [[u32; 2]; 2] {
         let (x, y) = (tile % self.columns() * self.side, tile / self.columns() * self.side);
         [[x, (x + self.side).min(self.width())], [y, (y + self.side).min(self.height())]]

@@ -11,7 +11,7 @@ use super::{
 #[cfg(target_arch = "x86_64")]
 use crate::lanes::{Eight, Sixteen};
 use crate::{
-    film::Half,
+    film::{Half, TileSums},
     integrator::{Starts, Wave},
     lanes::{Instructions, Lanes},
 };
@@ -65,15 +65,17 @@ impl<'a> Renderer<'a> {
     pub(super) fn pass_in_waves(&self, lanes: Instructions, half: Half) {
         let image = PaddedImage { sensor: self.scene.camera.sensor(), side: PaddedImage::TILE_OF_WAVES };
         image.tiles().into_par_iter().for_each_init(
-            || (Starts::default(), Wave::new()),
-            |(starts, wave), tile| {
+            || (Starts::default(), Wave::new(), TileSums::default()),
+            |(starts, wave, sums), tile| {
+                sums.start(image.corner(tile), image.side);
                 starts.clear();
                 for pixel in image.tile_in_squares(tile).filter(|pixel| self.serves_crop(*pixel)) {
                     starts.push(pixel.corner(), pixel.key());
                 }
                 let destination = Destination::Film { half, keep: None };
+                let rays = Rays::default();
                 let mut sink =
-                    TaskSink { renderer: self, rays: Rays::default(), spared: 0, lost_to_sides: 0, destination };
+                    TaskSink { renderer: self, rays, spared: 0, lost_to_sides: 0, destination, sums: Some(sums) };
                 match lanes {
                     Instructions::Portable => {}
                     // SAFETY: a set of lanes exists only where the processor has it.
@@ -83,6 +85,7 @@ impl<'a> Renderer<'a> {
                     Instructions::Avx512(lanes) => unsafe { self.wave_avx512(lanes, starts, wave, &mut sink) },
                 }
                 self.count_task(&sink, starts.len() as u64);
+                sums.flush(&self.film, half);
             },
         );
     }

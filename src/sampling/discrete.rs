@@ -42,6 +42,11 @@ impl Discrete {
         find(&self.begins, choice)
     }
 
+    /// Where the choices of each index begin.
+    pub fn begins(&self) -> &[u64] {
+        &self.begins
+    }
+
     /// The probability of index `i`: positive exactly where its weight is.
     #[inline]
     pub fn probability(&self, i: usize) -> f32 {

@@ -22,6 +22,12 @@ impl LightId {
         NonZeroU32::new(index).map(Self)
     }
 
+    /// One more than the index, or 0.
+    #[inline(always)]
+    pub fn successor(light: Option<Self>) -> u32 {
+        light.map_or(0, |light| light.0.get())
+    }
+
     /// Its place among [`Lights::all`](super::light::Lights::all).
     #[inline]
     pub fn index(self) -> usize {

@@ -127,6 +127,7 @@ impl Scene {
     pub fn choosing_lights(mut self, choice: LightChoice) -> Self {
         self.lights.choose_by(choice, &self.geometry);
         self.areas = OnceLock::new();
+        self.records = OnceLock::new();
         self
     }
 
@@ -408,7 +409,7 @@ impl Scene {
     }
 
     fn records(&self) -> &Records {
-        self.records.get_or_init(|| Records::new(&self.geometry, &self.materials, &self.light_of))
+        self.records.get_or_init(|| Records::new(&self.geometry, &self.materials, &self.light_of, &self.lights))
     }
 
     /// The media, where some surface bounds a volume.

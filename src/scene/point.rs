@@ -10,7 +10,7 @@ use super::{
     material::{Maps, Material, MaterialId},
 };
 use crate::{
-    lanes::{Float, Lanes, Mask, One, Vector},
+    lanes::{Float, Lanes, Mask, One, Unsigned, Vector},
     math::Rgb,
 };
 
@@ -253,7 +253,8 @@ impl<L: Lanes, B> Point<L, B> {
     /// Whether it lies on a light.
     #[inline(always)]
     pub fn lies_on_light(&self) -> L::M {
-        self.alpha.lanes().condition(|k| L::lane(&self.light, k).is_some())
+        let lanes = self.alpha.lanes();
+        !lanes.whole_numbers(|k| LightId::successor(L::lane(&self.light, k))).eq(lanes.splat_u(0))
     }
 
     /// Whether N_s is N_g, as on all flat surfaces: the common case, for which [`Tilt`](super::tilt::Tilt) has nothing

@@ -8,6 +8,7 @@ use super::{
     bsdf::{Bsdf, Bsdfs, Diffuse},
     geometry::{Geometry, PrimitiveId, STEEPEST, lifted, surface_of},
     id::{LightId, MediumId},
+    light::Lights,
     light_index::LightIndex,
     material::{AlphaMode, Material, MaterialId},
     point::{Place, Point},
@@ -29,6 +30,7 @@ pub(super) struct Records {
     normals: Vec<Record>,
     /// The albedo and the emission.
     materials: Vec<Record>,
+    lights: Option<FewLights>,
 }
 
 /// Kinds of triangles: of a material that is not plain, flat, smooth.
@@ -36,20 +38,14 @@ const PLAIN: u32 = 1;
 const SMOOTH: u32 = 2;
 
 impl Scene {
-    /// Whether the point of a primitive can be had by [`Self::plain_points`].
-    #[inline(always)]
-    pub(crate) fn is_plain(&self, primitive: PrimitiveId) -> bool {
-        self.records().is_plain(primitive)
-    }
-
     /// A point of a light that was [chosen](super::light::Lights::choose_next_event), with its density.
     #[inline(always)]
     pub(crate) fn on_chosen_light(&self, chosen: (LightId, f32, Remainder), u: Square) -> (Point, PdfArea) {
         self.lights.on_chosen(&self.geometry, &self.materials, chosen, u)
     }
 
-    /// The points at the barycentric coordinates `b` of the [plain](Self::is_plain) triangles `index` in the lanes
-    /// `which`, as [`Self::point_at`] has them; anything in the others.
+    /// The points at the barycentric coordinates `b` of the world's primitives `index` in the lanes `which`, as
+    /// [`Self::point_at`] has them, where they are plain: anything where the condition does not hold.
     #[inline(always)]
     pub(crate) fn plain_points<L: Lanes>(
         &self,
@@ -57,13 +53,72 @@ impl Scene {
         which: L::M,
         index: L::U,
         b: [L::F; 2],
-    ) -> Point<L, Bsdfs<L>> {
-        self.records().points(lanes, which, index, b)
+    ) -> (Point<L, Bsdfs<L>>, L::M) {
+        let records = self.records();
+        if records.triangles.is_empty() {
+            let nowhere = Point::nowhere(Vec3::ZERO);
+            return (Point::of_each(lanes, which, Place::Surface, |_| &nowhere), lanes.mask(0));
+        }
+        records.points(lanes, which, index, b)
+    }
+
+    /// The lights, if there are few and all are plain.
+    #[inline(always)]
+    pub(crate) fn few_lights(&self) -> Option<&FewLights> {
+        self.records().lights.as_ref()
+    }
+}
+
+/// As many lights as a table in a register has entries: all are plain triangles, and chosen by power.
+#[derive(Clone, Debug)]
+pub(crate) struct FewLights {
+    /// Where the share of each begins among all choices: upper and lower words. Beyond the last one, nowhere.
+    begins: [[u32; FewLights::MOST]; 2],
+    count: usize,
+    triangles: [u32; FewLights::MOST],
+    /// The bits of the density of next-event estimation.
+    densities: [u32; FewLights::MOST],
+}
+
+impl FewLights {
+    const MOST: usize = 16;
+
+    fn new(lights: &Lights, records: &Records) -> Option<Self> {
+        let begins = lights.begins_by_power()?;
+        let all: Vec<_> = (0..begins.len() as u32).map(LightId::new).map(|id| lights.even_area(id)).collect();
+        let plain = |light: &Option<(PrimitiveId, f32)>| light.is_some_and(|(triangle, _)| records.is_plain(triangle));
+        if begins.len() > Self::MOST || !all.iter().all(plain) {
+            return None;
+        }
+        let mut few = Self { begins: [[0; 16]; 2], count: all.len(), triangles: [0; 16], densities: [0; 16] };
+        for (i, (triangle, area)) in all.into_iter().flatten().enumerate() {
+            (few.begins[0][i], few.begins[1][i]) = ((begins[i] >> 32) as u32, begins[i] as u32);
+            few.triangles[i] = triangle.index();
+            few.densities[i] = (lights.probability_by_power(LightId::new(i as u32)) / area).to_bits();
+        }
+        Some(few)
+    }
+
+    /// In each lane the triangle to which the choice with these words leads, and its density: as
+    /// [`Lights::choose_next_event`] and [`Lights::even_area`] have them.
+    #[inline(always)]
+    pub fn choose<U: Unsigned>(&self, [high, low]: [U; 2]) -> (U, <U::Lanes as Lanes>::F) {
+        let lanes = high.lanes();
+        // The last choice of all counts as the one before.
+        let last = high.eq(lanes.splat_u(u32::MAX)) & low.eq(lanes.splat_u(u32::MAX));
+        let low = last.select(lanes.splat_u(u32::MAX - 1), low);
+        let mut index = lanes.splat_u(0);
+        for i in 1..self.count {
+            let [begin, begin_low] = [self.begins[0][i], self.begins[1][i]].map(|word| lanes.splat_u(word));
+            let before = high.lt(begin) | (high.eq(begin) & low.lt(begin_low));
+            index = before.select(index, lanes.splat_u(i as u32));
+        }
+        (index.lookup(&self.triangles), Float::of_bits(index.lookup(&self.densities)))
     }
 }
 
 impl Records {
-    pub fn new(geometry: &Geometry, materials: &[Material], lights: &LightIndex) -> Self {
+    pub fn new(geometry: &Geometry, materials: &[Material], light_of: &LightIndex, lights: &Lights) -> Self {
         let is_plain = |material: &Material| {
             let opaque = material.maps.is_none() && material.alpha_mode == AlphaMode::Opaque;
             opaque && matches!(material.bsdf, Bsdf::Diffuse(_))
@@ -76,7 +131,7 @@ impl Records {
             let smooth = geometry.world_normals(index).is_some();
             let kind = u32::from(is_plain(&materials[material.0 as usize]) && !geometry.may_be_hidden(id))
                 * if smooth { SMOOTH } else { PLAIN };
-            let light = lights.get(id).map_or(0, |light| light.index() as u32 + 1);
+            let light = light_of.get(id).map_or(0, |light| light.index() as u32 + 1);
             let rows = [p.extend(word(material.0)), q.extend(word(light)), r.extend(word(kind)), n.extend(0.0)];
             record(rows.map(|row| row.to_array()))
         };
@@ -91,38 +146,50 @@ impl Records {
             let rows = [albedo, material.emission].map(|rgb| Vec3::from(rgb).extend(0.0).to_array());
             record([rows[0], rows[1], [0.0; 4], [0.0; 4]])
         };
-        Self {
+        let mut records = Self {
             triangles: (0..count).into_par_iter().map(triangle).collect(),
             normals: if smooth { (0..count).into_par_iter().map(normals).collect() } else { Vec::new() },
             materials: materials.iter().map(material).collect(),
-        }
+            lights: None,
+        };
+        records.lights = FewLights::new(lights, &records);
+        records
     }
 
     /// Whether a primitive is a plain triangle.
     #[inline(always)]
-    pub fn is_plain(&self, primitive: PrimitiveId) -> bool {
+    fn is_plain(&self, primitive: PrimitiveId) -> bool {
         let [instance, index] = primitive.words();
         let kind = |triangle: &Record| triangle.0[11].to_bits();
         instance == 0 && self.triangles.get(index as usize).is_some_and(|triangle| kind(triangle) != 0)
     }
 
-    /// The points at the barycentric coordinates `b` of the plain triangles `index` in the lanes `which`; anything in
-    /// the others. As [`Point::on_surface`] has them.
+    /// The points at the barycentric coordinates `b` of the triangles `index` in the lanes `which`, as
+    /// [`Point::on_surface`] has them, and where these are plain; anything elsewhere.
     #[inline(always)]
-    pub fn points<L: Lanes>(&self, lanes: L, which: L::M, index: L::U, [b, c]: [L::F; 2]) -> Point<L, Bsdfs<L>> {
+    pub fn points<L: Lanes>(
+        &self,
+        lanes: L,
+        which: L::M,
+        index: L::U,
+        [b, c]: [L::F; 2],
+    ) -> (Point<L, Bsdfs<L>>, L::M) {
+        let which = which & index.lt(lanes.splat_u(self.triangles.len() as u32));
         let index = which.select(index, lanes.splat_u(0));
         let t = lanes.records(&self.triangles, index);
+        let kind = t[11].to_bits();
+        let which = which & !kind.eq(lanes.splat_u(0));
         let corner = |i: usize| L::V::new(t[i], t[i + 1], t[i + 2]);
         let normal = corner(12);
         let (position, error) = surface_of([corner(0), corner(4), corner(8)], [b, c]);
-        let smooth = which & t[11].to_bits().eq(lanes.splat_u(SMOOTH));
+        let smooth = which & kind.eq(lanes.splat_u(SMOOTH));
         let shading_normal =
             if smooth.any() { self.shading_normals::<L>(smooth, index, [b, c], normal) } else { normal };
         let material = t[3].to_bits();
         let m = lanes.records(&self.materials, which.select(material, lanes.splat_u(0)));
         let (light, material, index) = (t[7].to_bits().all(), material.all(), index.all());
         let (b, c) = (b.all(), c.all());
-        Point {
+        let point = Point {
             position,
             normal,
             shading_normal,
@@ -136,7 +203,8 @@ impl Records {
             bsdf: Bsdfs::Diffuse(Diffuse { albedo: Rgb::of(L::V::new(m[0], m[1], m[2])) }),
             emission: Rgb::of(L::V::new(m[4], m[5], m[6])),
             barycentric: lanes.each(|k| glam::Vec2::new(b[k], c[k])),
-        }
+        };
+        (point, which)
     }
 
     /// N_s of the smooth triangles.

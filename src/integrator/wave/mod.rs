@@ -18,7 +18,7 @@ use crate::{
     sampling::{Block, Chance, Choice, PdfArea, Sampler, Sobol, Square, warp},
     scene::{
         Scene,
-        bsdf::{Bsdfs, Lobe, Transport},
+        bsdf::{Bsdfs, Transport},
         camera::Raster,
         geometry::{Hits, PrimitiveId, Ray, Rays},
         light::Receiver,
@@ -271,11 +271,10 @@ impl Integrator {
             let walk = walks.get(lanes, i);
             let all = lanes.first(len - i);
             let mut met = hits.any(lanes, i) & all;
-            let plain = met & lanes.condition(|k| scene.is_plain(hits.primitive(i + k)));
+            let (in_world, index, b) = hits.places(lanes, i);
+            let (point, plain) = scene.plain_points(lanes, met & in_world, index, b);
             let plain = plain & self.nothing_else(stage, walks, hits, i, plain);
             if plain.any() {
-                let (index, b) = hits.places(lanes, i);
-                let point = scene.plain_points(lanes, plain, index, b);
                 self.arrive_at(stage, &walk, (plain, point), next, connections, inside, sink);
             }
             let others = met & !plain;
@@ -367,7 +366,6 @@ impl Integrator {
         sink.lost_to_sides(count(scattered.lost_to_sides & which));
         let p = &here.vertex.point;
         let goes_on = scattered.goes_on & which;
-        let is_delta = lanes.condition(|k| L::lane(&scattered.lobe, k) != Lobe::Continuous);
         // Lambertians let nothing through.
         let mut is_inside = !(walk.flags & lanes.splat_u(INSIDE)).eq(lanes.splat_u(0));
         if scene.media().is_some() && matches!(p.bsdf, Bsdfs::Each(..)) {
@@ -391,7 +389,7 @@ impl Integrator {
             position: p.position,
             normal: p.normal,
             primitive: words(lanes, p),
-            flags: flag(is_delta, DELTA) | flag(is_inside, INSIDE),
+            flags: flag(scattered.is_delta, DELTA) | flag(is_inside, INSIDE),
             ..*walk
         };
         next.push(&onwards, goes_on);
@@ -447,43 +445,52 @@ impl Integrator {
         if samples == 0 || !which.any() {
             return;
         }
-        let receivers = Receiver::all(&here.vertex.point);
-        let (mut ends, mut pdf, mut triangles) = ([Point::nowhere(Vec3::ZERO); MOST], [1.0; MOST], [0; MOST]);
         for n in 0..samples {
             let mut numbers = Sobol::<L>::at(walk.scrambles[1], walk.index);
             numbers.start(Block::repeated(t - 2, n));
-            let square = numbers.next_square();
-            let ([high, low], [u, v]) = (numbers.next_choice_words().map(Unsigned::all), square.0.map(Unsigned::all));
-            // Plain triangles, and all else.
-            let (mut plain, mut others) = (0, 0);
-            for k in which.lanes() {
-                let choice = Choice::of_words(high[k], low[k]);
-                let Some(chosen) = lights.choose_next_event(|| receivers(k), choice, n % of_each) else { continue };
-                match lights.even_area(chosen.0) {
-                    Some((triangle, area)) if scene.is_plain(triangle) => {
-                        (triangles[k], pdf[k]) = (triangle.index(), chosen.1 / area);
-                        plain |= u32::from(pdf[k] > 0.0) << k;
-                    }
-                    _ => {
-                        let density;
-                        (ends[k], density) = scene.on_chosen_light(chosen, Square([u[k], v[k]]));
-                        pdf[k] = density.0;
-                        others |= u32::from(pdf[k] > 0.0) << k;
-                    }
-                }
+            let (square, choice) = (numbers.next_square(), numbers.next_choice_words());
+            if let Some(lights) = scene.few_lights() {
+                let (triangle, density) = lights.choose(choice);
+                let (point, plain) = scene.plain_points(lanes, which, triangle, warp::triangle(square.coordinates()));
+                let end = Step::next_event(point, PdfArea(density));
+                let some = which & plain & lanes.splat(0.0).lt(density);
+                self.next_event(stage, walk, [here, &end], some, connections, sink);
+            } else {
+                self.connect_each(stage, walk, here, which, (square, choice, n % of_each), connections, sink);
             }
-            let density = PdfArea(lanes.load(&pdf));
-            if plain != 0 {
-                let (which, b) = (lanes.mask(plain), warp::triangle(square.coordinates()));
-                let point = scene.plain_points(lanes, which, lanes.load_u(&triangles), b);
+        }
+    }
+
+    /// The same where the light of each lane may be of any kind.
+    #[inline(always)]
+    #[expect(clippy::too_many_arguments, reason = "what next-event estimation takes")]
+    fn connect_each<L: Lanes>(
+        &self,
+        stage: Stage<'_, L>,
+        walk: &Walk<L>,
+        here: &Step<L, Bsdfs<L>>,
+        which: L::M,
+        (square, [high, low], nth): (Square<L::U>, [L::U; 2], u32),
+        connections: &mut Connections,
+        sink: &mut impl WaveSink,
+    ) {
+        let Stage { lanes, scene, .. } = stage;
+        let receivers = Receiver::all(&here.vertex.point);
+        let ([high, low], [u, v]) = ([high.all(), low.all()], square.0.map(Unsigned::all));
+        let (mut ends, mut density, mut some) = ([Point::nowhere(Vec3::ZERO); MOST], [1.0; MOST], 0);
+        for k in which.lanes() {
+            let choice = Choice::of_words(high[k], low[k]);
+            let Some(chosen) = scene.lights().choose_next_event(|| receivers(k), choice, nth) else { continue };
+            let (end, pdf) = scene.on_chosen_light(chosen, Square([u[k], v[k]]));
+            (ends[k], density[k]) = (end, pdf.0);
+            some |= u32::from(pdf > PdfArea::ZERO) << k;
+        }
+        let density = PdfArea(lanes.load(&density));
+        for place in [Place::Surface, Place::Degenerate, Place::Infinite] {
+            let which = lanes.condition(|k| some >> k & 1 == 1 && ends[k].place == place);
+            if which.any() {
+                let point = Point::of_each(lanes, which, place, |k| &ends[k]);
                 self.next_event(stage, walk, [here, &Step::next_event(point, density)], which, connections, sink);
-            }
-            for place in [Place::Surface, Place::Degenerate, Place::Infinite] {
-                let which = lanes.condition(|k| others >> k & 1 == 1 && ends[k].place == place);
-                if which.any() {
-                    let point = Point::of_each(lanes, which, place, |k| &ends[k]);
-                    self.next_event(stage, walk, [here, &Step::next_event(point, density)], which, connections, sink);
-                }
             }
         }
     }

@@ -127,18 +127,13 @@ impl Hits {
         !lanes.load_u(&self.instance[from..]).eq(lanes.splat_u(u32::MAX))
     }
 
-    /// The numbers of the primitives from the `from`-th ray on, one for each lane, and where on them; anything where a
-    /// ray has met nothing.
+    /// Whether the primitives from the `from`-th ray on, one for each lane, are the world's, their numbers, and where on
+    /// them; anything where a ray has met nothing.
     #[inline(always)]
-    pub(crate) fn places<L: Lanes>(&self, lanes: L, from: usize) -> (L::U, [L::F; 2]) {
+    pub(crate) fn places<L: Lanes>(&self, lanes: L, from: usize) -> (L::M, L::U, [L::F; 2]) {
         let [b, c] = &self.barycentric;
-        (lanes.load_u(&self.index[from..]), [lanes.load(&b[from..]), lanes.load(&c[from..])])
-    }
-
-    /// The primitive that the `i`-th ray has met, or none.
-    #[inline(always)]
-    pub(crate) fn primitive(&self, i: usize) -> PrimitiveId {
-        PrimitiveId { instance: self.instance[i], index: self.index[i] }
+        let in_world = lanes.load_u(&self.instance[from..]).eq(lanes.splat_u(PrimitiveId::WORLD));
+        (in_world, lanes.load_u(&self.index[from..]), [lanes.load(&b[from..]), lanes.load(&c[from..])])
     }
 
     /// All of them, in the order of the rays.

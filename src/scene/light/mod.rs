@@ -293,6 +293,17 @@ impl Lights {
         (point, PdfArea(pdf))
     }
 
+    /// Where the choices of each light begin, if next-event estimation chooses by power; `None` if not, or without
+    /// lights.
+    pub(crate) fn begins_by_power(&self) -> Option<&[u64]> {
+        (matches!(self.next_event, NextEvent::Power) && !self.is_empty()).then(|| self.choice.begins())
+    }
+
+    /// The probability of a light by kind and power.
+    pub(crate) fn probability_by_power(&self, id: LightId) -> f32 {
+        self.choice.probability(id.index())
+    }
+
     /// The primitive and the area of a light whose points are chosen evenly from its area; `None` of any other.
     #[inline(always)]
     pub(crate) fn even_area(&self, id: LightId) -> Option<(PrimitiveId, f32)> {
