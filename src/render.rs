@@ -43,6 +43,7 @@ use crate::{
     sampling::{Block, Independent, Sampler, SamplerKind, Sobol},
     scene::{
         Scene,
+        bsdf::Transport,
         camera::Raster,
         point::{Place, Point},
     },
@@ -53,8 +54,8 @@ pub struct Renderer<'a> {
     scene: &'a Scene,
     settings: &'a Settings,
     integrator: Integrator,
-    /// Whether the integrator can make waves of this scene's paths, and the lanes for them.
-    makes_waves: bool,
+    /// Which way waves of this scene's paths go, if the integrator can make some, and the lanes for them.
+    makes_waves: Option<Transport>,
     lanes: Instructions,
     film: Film,
     /// Of a transparent background.
@@ -116,7 +117,7 @@ impl<'a> Renderer<'a> {
         Self {
             scene,
             settings,
-            makes_waves: integrator.makes_waves(scene),
+            makes_waves: integrator.makes_waves(scene, settings.sampler),
             lanes: Instructions::detect(),
             integrator,
             film,

@@ -14,7 +14,7 @@ pub use wave::{Starts, Wave, WaveSink};
 use self::estimator::connectible;
 use crate::{
     path::{Densities, Heuristic, JoinedPath, Rivals, Roulette, Strategy, Subpath, Technique, Techniques},
-    sampling::{Independent, Sampler, Stream},
+    sampling::{Independent, Stream},
     scene::{Scene, bsdf::Directions, camera::Sensor},
 };
 

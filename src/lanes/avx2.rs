@@ -189,9 +189,7 @@ impl Lanes for Eight {
                 rows[k] = unsafe { _mm256_load_ps(from[at[k] as usize].0[half..].as_ptr()) };
             }
             let eight = unsafe { transposed(rows) };
-            for k in 0..8 {
-                columns[half + k] = eight[k];
-            }
+            columns[half..half + 8].copy_from_slice(&eight);
         }
         columns
     }

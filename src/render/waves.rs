@@ -3,7 +3,7 @@
 use rayon::prelude::*;
 
 use super::{
-    Renderer, SamplerKind,
+    Renderer,
     deposit::{Destination, TaskSink},
     padded::PaddedImage,
     statistics::Rays,
@@ -14,6 +14,7 @@ use crate::{
     film::{Half, TileSums},
     integrator::{Starts, Wave},
     lanes::{Instructions, Lanes},
+    scene::bsdf::Transport,
 };
 
 /// How many paths a thread computes at once. No image depends on it.
@@ -58,24 +59,39 @@ impl<'a> Renderer<'a> {
     pub(super) fn waves(&self) -> Option<Instructions> {
         let plain = self.layers.is_none() && self.alpha_sums.is_none();
         let lanes = !matches!(self.lanes, Instructions::Portable);
-        (plain && lanes && self.makes_waves && self.settings.sampler == SamplerKind::Sobol).then_some(self.lanes)
+        (plain && lanes && self.makes_waves.is_some()).then_some(self.lanes)
     }
 
     /// One pass, with a wave for each tile.
     pub(super) fn pass_in_waves(&self, lanes: Instructions, half: Half) {
         let image = PaddedImage { sensor: self.scene.camera.sensor(), side: PaddedImage::TILE_OF_WAVES };
+        let from_camera = self.makes_waves == Some(Transport::Radiance);
         image.tiles().into_par_iter().for_each_init(
             || (Starts::default(), Wave::new(), TileSums::default()),
             |(starts, wave, sums), tile| {
-                sums.start(image.corner(tile), image.side);
+                if from_camera {
+                    sums.start(image.corner(tile), image.side);
+                }
                 starts.clear();
-                for pixel in image.tile_in_squares(tile).filter(|pixel| self.serves_crop(*pixel)) {
-                    starts.push(pixel.corner(), pixel.key());
+                let mut samples = 0;
+                for pixel in image.tile_in_squares(tile) {
+                    let serves_crop = self.serves_crop(pixel);
+                    samples += u64::from(serves_crop);
+                    // Light lands anywhere, wherever it is numbered.
+                    if if from_camera { serves_crop } else { pixel.is_inside(image.sensor) } {
+                        starts.push(pixel.corner(), pixel.key());
+                    }
                 }
                 let destination = Destination::Film { half, keep: None };
                 let rays = Rays::default();
-                let mut sink =
-                    TaskSink { renderer: self, rays, spared: 0, lost_to_sides: 0, destination, sums: Some(sums) };
+                let mut sink = TaskSink {
+                    renderer: self,
+                    rays,
+                    spared: 0,
+                    lost_to_sides: 0,
+                    destination,
+                    sums: from_camera.then_some(&mut *sums),
+                };
                 match lanes {
                     Instructions::Portable => {}
                     // SAFETY: a set of lanes exists only where the processor has it.
@@ -84,8 +100,10 @@ impl<'a> Renderer<'a> {
                     #[cfg(target_arch = "x86_64")]
                     Instructions::Avx512(lanes) => unsafe { self.wave_avx512(lanes, starts, wave, &mut sink) },
                 }
-                self.count_task(&sink, starts.len() as u64);
-                sums.flush(&self.film, half);
+                self.count_task(&sink, samples);
+                if from_camera {
+                    sums.flush(&self.film, half);
+                }
             },
         );
     }
@@ -104,7 +122,8 @@ impl<'a> Renderer<'a> {
 
     #[inline(always)]
     fn wave<L: Lanes>(&self, lanes: L, starts: &mut Starts, wave: &mut Wave, sink: &mut TaskSink) {
-        let numbers = (self.settings.seed, self.passes.end);
+        let Some(transport) = self.makes_waves else { return };
+        let numbers = (transport, self.settings.sampler, self.settings.seed, self.passes.end);
         self.integrator.estimate_in_waves(lanes, self.scene, numbers, starts, wave, sink);
     }
 }

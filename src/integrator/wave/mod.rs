@@ -5,23 +5,24 @@
 //! that all use the same block of random numbers, the same entries of the table and the same rule for roulette. The
 //! numbers are those of [`Integrator::estimate_from_camera`], bit by bit, and so is every deposit.
 
+mod camera;
+mod light;
 mod queue;
 
 use glam::Vec3;
 
-use self::queue::{Connection, Connections, DELTA, INSIDE, Walk, Walks};
+use self::queue::{Connections, DELTA, INSIDE, Walk, Walks};
 use super::Integrator;
 use crate::{
     lanes::{Float, Lanes, MOST, Mask, Select, Unsigned, Vector},
     math::Rgb,
-    path::{Around, Departure, Joint, RivalSum, Rivals, Rules, Step, Strategy, Tail, are_directions, is_hittable},
-    sampling::{Block, Chance, Choice, PdfArea, Sampler, Sobol, Square, warp},
+    path::{Rivals, Rules, Step, Strategy},
+    sampling::{Block, Chance, Numbers, Sampler, SamplerKind, Stream},
     scene::{
         Scene,
         bsdf::{Bsdfs, Transport},
         camera::Raster,
-        geometry::{Hits, PrimitiveId, Ray, Rays},
-        light::Receiver,
+        geometry::{Hits, Rays},
         media::Inside,
         point::{Place, Point},
     },
@@ -126,50 +127,107 @@ impl Default for Wave {
     }
 }
 
-/// The vertex at which all paths of a wave are.
+/// Where all paths of a wave are, and how they go on from there.
 #[derive(Clone, Copy)]
 struct Stage<'a, L> {
     lanes: L,
     scene: &'a Scene,
     rivals: &'a Rivals,
-    /// Vertices of the camera prefix, the present one counted.
-    t: u32,
+    transport: Transport,
+    /// Where random numbers come from.
+    kind: SamplerKind,
+    seed: u64,
+    /// The vertices of each subpath, the present one counted.
+    vertices: u32,
+    /// The most that there may be in the end.
+    most: u32,
+}
+
+impl<L: Lanes> Stage<'_, L> {
+    /// A sequence of random numbers, of which `taken` words have been taken.
+    #[inline(always)]
+    fn numbers(&self, kept: [L::U; 2], stream: Stream, taken: u32) -> Numbers<L> {
+        Numbers::again(self.kind, self.seed, kept, stream, taken)
+    }
+
+    /// How many words a walk takes before it scatters at its present vertex.
+    fn taken(&self) -> u32 {
+        let start = match self.transport {
+            Transport::Radiance => 2,
+            Transport::Importance => Numbers::<L>::words_of_emission(self.kind),
+        };
+        start + 4 * (self.vertices - 2)
+    }
+
+    /// The pinhole.
+    #[inline(always)]
+    fn lens(&self) -> Point<L, Bsdfs<L>> {
+        let lens = self.scene.camera.lens_point();
+        Point::of_each(self.lanes, self.lanes.first(L::N), lens.place, |_| &lens)
+    }
+
+    /// What found a connection.
+    fn connecting(&self) -> Strategy {
+        match self.transport {
+            Transport::Radiance => Strategy { s: 1, t: self.vertices },
+            Transport::Importance => Strategy { s: self.vertices, t: 1 },
+        }
+    }
 }
 
 impl Integrator {
-    /// Whether a wave can do what this integrator does in this scene. What it can't is done path by path, with the same
-    /// result.
-    pub fn makes_waves(&self, scene: &Scene) -> bool {
-        let camera_alone = self.evaluated.strategies().all(|x| x.s <= 1 && x.t >= 2) && self.evaluated.area() == 0;
-        camera_alone
-            && self.walks_from_camera()
-            && self.rivals.is_some()
+    /// Which way the walks of a wave go that does what this integrator does in this scene; `None` if none can. That is
+    /// done path by path then, with the same result.
+    pub fn makes_waves(&self, scene: &Scene, kind: SamplerKind) -> Option<Transport> {
+        let plain = self.rivals.is_some()
+            && self.evaluated.area() == 0
             && self.evaluated.splits() == 1
+            && self.evaluated.light_paths() == 1
             && self.connections.is_none()
             && !(scene.camera.has_aperture() || scene.camera.is_orthographic())
             && scene.is_all_there()
-            && scene.absorbing_media().is_none()
+            && scene.absorbing_media().is_none();
+        // A walk from the camera takes a number for its connections at some vertices only.
+        let from_camera = kind == SamplerKind::Sobol && self.evaluated.strategies().all(|x| x.s <= 1 && x.t >= 2);
+        let from_light = self.evaluated.strategies().all(|x| x.t == 1);
+        match plain && self.evaluated.strategies().next().is_some() {
+            true if from_camera => Some(Transport::Radiance),
+            true if from_light => Some(Transport::Importance),
+            _ => None,
+        }
     }
 
-    /// One sample of each of some pixels: walks their camera subpaths, joins them with lights by every strategy of the
-    /// table, and deposits, as [`Self::estimate_from_camera`] does path by path.
+    /// One sample of each of some pixels: walks their subpaths from the camera or from lights, as
+    /// [`Self::makes_waves`] says, joins and deposits them by every strategy of the table, as
+    /// [`Self::estimate_from_camera`] and [`Self::estimate_from_light`] do path by path.
     #[inline(always)]
     pub fn estimate_in_waves<L: Lanes>(
         &self,
         lanes: L,
         scene: &Scene,
-        (seed, sample): (u64, u32),
+        (transport, kind, seed, sample): (Transport, SamplerKind, u64, u32),
         starts: &mut Starts,
         wave: &mut Wave,
         sink: &mut impl WaveSink,
     ) {
         let Some(rivals) = &self.rivals else { return };
-        self.start(lanes, scene, (seed, sample), starts, (&mut wave.walks, &mut wave.inside));
-        for t in 2..=self.evaluated.camera_vertices() {
+        let most = match transport {
+            Transport::Radiance => self.evaluated.camera_vertices(),
+            Transport::Importance => self.evaluated.light_vertices().splatted,
+        };
+        let mut stage = Stage { lanes, scene, rivals, transport, kind, seed, vertices: 1, most };
+        match transport {
+            Transport::Radiance => self.start_at_lens(stage, sample, starts, (&mut wave.walks, &mut wave.inside)),
+            Transport::Importance => {
+                self.start_at_lights(stage, sample, starts, wave, sink);
+                self.look(stage, wave, sink);
+            }
+        }
+        for vertices in 2..=most {
             if wave.walks.0.len() == 0 {
                 return;
             }
-            let stage = Stage { lanes, scene, rivals, t };
+            stage.vertices = vertices;
             wave.walks.put_rays(&mut wave.rays);
             scene.geometry().closest_of_each(&wave.rays, &mut wave.hits);
             self.arrive(stage, wave, sink);
@@ -178,68 +236,10 @@ impl Integrator {
         }
     }
 
-    /// Every path's way through the lens.
-    #[inline(always)]
-    fn start<L: Lanes>(
-        &self,
-        lanes: L,
-        scene: &Scene,
-        (seed, sample): (u64, u32),
-        starts: &mut Starts,
-        (walks, inside): (&mut Walks, &mut Vec<Inside>),
-    ) {
-        let camera = &scene.camera;
-        let lens_point = camera.lens_point();
-        let lens = Point::of_each(lanes, lanes.first(L::N), lens_point.place, |_| &lens_point);
-        let beta = 1.0 / camera.pdf_lens().0;
-        starts.pad();
-        walks.0.clear(starts.len);
-        let mut outside = true;
-        if let Some(media) = scene.media() {
-            let mut start = Inside::NOTHING;
-            start.start_at_lens(scene, media, lens_point.position);
-            outside = start.is_nothing();
-            inside.clear();
-            inside.resize(starts.len, start);
-        }
-        for i in (0..starts.len).step_by(L::N) {
-            let corner = [lanes.load(&starts.corners[0][i..]), lanes.load(&starts.corners[1][i..])];
-            let key = lanes.load_u(&starts.keys[i..]);
-            let [mut numbers, _, connection, _] = Sobol::<L>::streams(seed, key, lanes.splat_u(sample));
-            numbers.start(Block::START);
-            let [x, y] = numbers.next_two();
-            let raster = [corner[0] + x, corner[1] + y];
-            let direction = camera.direction_through(&lens, raster);
-            // Rounding may put a sample of the padded film's border outside it.
-            let seen = camera.look_in_lanes(&lens, direction);
-            let beta = (seen.we * lens.normal.dot(direction) / seen.pdf.0) * beta;
-            let beta = Rgb::of(L::V::new(beta, beta, beta));
-            let ([scramble, index], [connection, _]) = (numbers.place(), connection.place());
-            let walk = Walk::<L> {
-                departure: Departure {
-                    origin: lens.position,
-                    direction,
-                    pdf: seen.pdf,
-                    beta,
-                    survival: lanes.splat(1.0),
-                },
-                whole: beta.max_element(),
-                position: lens.position,
-                normal: lens.normal,
-                primitive: PrimitiveId::NONE.words().map(|word| lanes.splat_u(word)),
-                flags: lanes.splat_u(if outside { 0 } else { INSIDE }),
-                raster,
-                scrambles: [scramble, connection],
-                index,
-                number: lanes.whole_numbers(|k| (i + k) as u32),
-            };
-            walks.push(&walk, seen.some & lanes.first(starts.len - i));
-        }
-    }
-
     /// Traces the rays of connections, and deposits what nothing blocks.
     #[inline(always)]
-    fn look<L: Lanes>(&self, Stage { scene, t, .. }: Stage<'_, L>, wave: &mut Wave, sink: &mut impl WaveSink) {
+    fn look<L: Lanes>(&self, stage: Stage<'_, L>, wave: &mut Wave, sink: &mut impl WaveSink) {
+        let scene = stage.scene;
         let Wave { connections, rays, obstacles, .. } = wave;
         if connections.0.len() == 0 {
             return;
@@ -253,7 +253,7 @@ impl Integrator {
             };
             if sees {
                 let (value, raster) = connections.value(i);
-                deposit(sink, Strategy { s: 1, t }, raster, value);
+                deposit(sink, stage.connecting(), raster, value);
             }
         }
     }
@@ -265,7 +265,7 @@ impl Integrator {
         let Wave { walks, next, hits, connections, inside, .. } = wave;
         let len = walks.0.len();
         next.0.clear(len);
-        connections.0.clear(len * scene.lights().next_event_samples() as usize);
+        connections.0.clear(len * self.connections_of_each(stage) as usize);
         let mut points = [Point::nowhere(Vec3::ZERO); MOST];
         for i in (0..len).step_by(L::N) {
             let walk = walks.get(lanes, i);
@@ -292,7 +292,7 @@ impl Integrator {
                 self.arrive_at(stage, &walk, (others, point), next, connections, inside, sink);
             }
             let missed = all & !met;
-            if missed.any() && scene.lights().has_environment() {
+            if missed.any() && stage.transport == Transport::Radiance && scene.lights().has_environment() {
                 for k in missed.lanes() {
                     if let Some(sky) = scene.lights().environment_at(walks.ray(i + k).direction) {
                         points[k] = sky;
@@ -301,6 +301,15 @@ impl Integrator {
                 let point = Point::of_each(lanes, missed, Place::Infinite, |k| &points[k]);
                 self.arrive_at(stage, &walk, (missed, point), next, connections, inside, sink);
             }
+        }
+    }
+
+    /// How many connections a vertex takes at most.
+    fn connections_of_each<L: Lanes>(&self, stage: Stage<'_, L>) -> u32 {
+        let samples = self.evaluated.multiplicity(stage.connecting());
+        match stage.transport {
+            Transport::Radiance => samples * stage.scene.lights().next_event_samples(),
+            Transport::Importance => samples,
         }
     }
 
@@ -344,25 +353,56 @@ impl Integrator {
         inside: &mut [Inside],
         sink: &mut impl WaveSink,
     ) {
-        let Stage { lanes, scene, t, .. } = stage;
-        let from = walk.from(Place::Surface);
+        // Lights are of all kinds; all that comes after them lies on surfaces.
+        let first = stage.transport == Transport::Importance && stage.vertices == 2;
+        for place in [Place::Surface, Place::Degenerate, Place::Infinite] {
+            let which = if first { which & walk.leaves(place) } else { which };
+            if (first || place == Place::Surface) && which.any() {
+                self.arrive_from(stage, walk, (place, which, point), next, connections, inside, sink);
+            }
+        }
+    }
+
+    /// The same for lanes that come from such a `place`.
+    #[inline(always)]
+    #[expect(clippy::too_many_arguments, reason = "the queues are borrowed one by one")]
+    fn arrive_from<L: Lanes>(
+        &self,
+        stage: Stage<'_, L>,
+        walk: &Walk<L>,
+        (place, which, point): (Place, L::M, Point<L, Bsdfs<L>>),
+        next: &mut Walks,
+        connections: &mut Connections,
+        inside: &mut [Inside],
+        sink: &mut impl WaveSink,
+    ) {
+        let Stage { lanes, scene, vertices, transport, .. } = stage;
+        let from = walk.from(place);
         let here = Step::arriving(&walk.departure, &from, point, lanes.splat(1.0));
-        sink.walked(Transport::Radiance, count(which));
-        self.hit(stage, walk, &from, &here, which, sink);
-        if point.place == Place::Infinite {
+        sink.walked(transport, count(which));
+        match transport {
+            Transport::Radiance => {
+                self.hit(stage, walk, &from, &here, which, sink);
+                if point.place == Place::Infinite {
+                    return;
+                }
+                self.connect(stage, walk, &here, which, connections, sink);
+            }
+            Transport::Importance => {
+                let which = which & here.vertex.point.bsdf.has_continuous(lanes);
+                self.splat(stage, &here, which, connections, sink);
+            }
+        }
+        if vertices == stage.most {
             return;
         }
-        self.connect(stage, walk, &here, which, connections, sink);
-        if t == self.evaluated.camera_vertices() {
-            return;
-        }
-        let mut numbers = Sobol::<L>::at(walk.scrambles[0], walk.index);
-        numbers.start(Block::scattering(t - 1));
+        let stream = if transport == Transport::Radiance { Stream::Camera } else { Stream::Light };
+        let mut numbers = stage.numbers([walk.scrambles[0], walk.index], stream, stage.taken());
+        numbers.start(Block::scattering(vertices - 1));
         let u = numbers.next_three();
         let survive: Chance<L::U> = numbers.next_chance();
-        let (transport, directions) = (Transport::Radiance, self.evaluated.directions());
-        let rules = Rules { transport, directions, roulette: self.roulette };
-        let scattered = here.scatter(rules, t - 1, walk.whole, u, survive);
+        let rules = Rules { transport, directions: self.evaluated.directions(), roulette: self.roulette };
+        let scattered = here.scatter(rules, vertices - 1, walk.whole, u, survive);
         sink.lost_to_sides(count(scattered.lost_to_sides & which));
         let p = &here.vertex.point;
         let goes_on = scattered.goes_on & which;
@@ -393,162 +433,6 @@ impl Integrator {
             ..*walk
         };
         next.push(&onwards, goes_on);
-    }
-
-    /// s = 0: those of the lanes `which` whose vertex lies on a light.
-    #[inline(always)]
-    fn hit<L: Lanes>(
-        &self,
-        stage: Stage<'_, L>,
-        walk: &Walk<L>,
-        from: &Point<L, Bsdfs<L>>,
-        here: &Step<L, Bsdfs<L>>,
-        which: L::M,
-        sink: &mut impl WaveSink,
-    ) {
-        let Stage { lanes, scene, t, .. } = stage;
-        let strategy = Strategy { s: 0, t };
-        let times = self.evaluated.multiplicity(strategy);
-        let end = &here.vertex.point;
-        let lights = which & end.lies_on_light();
-        if times == 0 || !lights.any() {
-            return;
-        }
-        let Some(joint) = Joint::hit(scene, from, here) else { return };
-        let contribution = joint.contribution(here.beta, None);
-        let value = contribution.times(self.share(stage, strategy, walk, &joint, here, (end, here.pdf_fwd)));
-        let value = value.channels().all();
-        let [x, y] = walk.raster.map(Float::all);
-        for k in (lights & !contribution.is_black()).lanes() {
-            for _ in 0..times {
-                deposit(sink, strategy, [x[k], y[k]], Rgb::from_array(value[k]));
-            }
-        }
-    }
-
-    /// s = 1: next-event estimation at the vertices of the lanes `which`, up to the ray.
-    #[inline(always)]
-    fn connect<L: Lanes>(
-        &self,
-        stage: Stage<'_, L>,
-        walk: &Walk<L>,
-        here: &Step<L, Bsdfs<L>>,
-        which: L::M,
-        connections: &mut Connections,
-        sink: &mut impl WaveSink,
-    ) {
-        let Stage { lanes, scene, t, .. } = stage;
-        let lights = scene.lights();
-        let of_each = lights.next_event_samples();
-        let samples = of_each * self.evaluated.multiplicity(Strategy { s: 1, t });
-        let which = which & here.vertex.point.bsdf.has_continuous(lanes);
-        if samples == 0 || !which.any() {
-            return;
-        }
-        for n in 0..samples {
-            let mut numbers = Sobol::<L>::at(walk.scrambles[1], walk.index);
-            numbers.start(Block::repeated(t - 2, n));
-            let (square, choice) = (numbers.next_square(), numbers.next_choice_words());
-            if let Some(lights) = scene.few_lights() {
-                let (triangle, density) = lights.choose(choice);
-                let (point, plain) = scene.plain_points(lanes, which, triangle, warp::triangle(square.coordinates()));
-                let end = Step::next_event(point, PdfArea(density));
-                let some = which & plain & lanes.splat(0.0).lt(density);
-                self.next_event(stage, walk, [here, &end], some, connections, sink);
-            } else {
-                self.connect_each(stage, walk, here, which, (square, choice, n % of_each), connections, sink);
-            }
-        }
-    }
-
-    /// The same where the light of each lane may be of any kind.
-    #[inline(always)]
-    #[expect(clippy::too_many_arguments, reason = "what next-event estimation takes")]
-    fn connect_each<L: Lanes>(
-        &self,
-        stage: Stage<'_, L>,
-        walk: &Walk<L>,
-        here: &Step<L, Bsdfs<L>>,
-        which: L::M,
-        (square, [high, low], nth): (Square<L::U>, [L::U; 2], u32),
-        connections: &mut Connections,
-        sink: &mut impl WaveSink,
-    ) {
-        let Stage { lanes, scene, .. } = stage;
-        let receivers = Receiver::all(&here.vertex.point);
-        let ([high, low], [u, v]) = ([high.all(), low.all()], square.0.map(Unsigned::all));
-        let (mut ends, mut density, mut some) = ([Point::nowhere(Vec3::ZERO); MOST], [1.0; MOST], 0);
-        for k in which.lanes() {
-            let choice = Choice::of_words(high[k], low[k]);
-            let Some(chosen) = scene.lights().choose_next_event(|| receivers(k), choice, nth) else { continue };
-            let (end, pdf) = scene.on_chosen_light(chosen, Square([u[k], v[k]]));
-            (ends[k], density[k]) = (end, pdf.0);
-            some |= u32::from(pdf > PdfArea::ZERO) << k;
-        }
-        let density = PdfArea(lanes.load(&density));
-        for place in [Place::Surface, Place::Degenerate, Place::Infinite] {
-            let which = lanes.condition(|k| some >> k & 1 == 1 && ends[k].place == place);
-            if which.any() {
-                let point = Point::of_each(lanes, which, place, |k| &ends[k]);
-                self.next_event(stage, walk, [here, &Step::next_event(point, density)], which, connections, sink);
-            }
-        }
-    }
-
-    /// The connection of the vertices of the lanes `which` with points of lights.
-    #[inline(always)]
-    fn next_event<L: Lanes>(
-        &self,
-        stage: Stage<'_, L>,
-        walk: &Walk<L>,
-        [here, end]: [&Step<L, Bsdfs<L>>; 2],
-        which: L::M,
-        connections: &mut Connections,
-        sink: &mut impl WaveSink,
-    ) {
-        let Stage { lanes, scene, t, .. } = stage;
-        let strategy = Strategy { s: 1, t };
-        let (z, y) = (&here.vertex.point, &end.vertex.point);
-        let ratio = end.pdf_fwd.0 / scene.lights().pdf_position(y).0;
-        let Some(joint) = Joint::connect(scene, strategy, [here, end], ratio) else { return };
-        let contribution = joint.contribution(here.beta, Some(end.beta));
-        let open = which & !contribution.is_black();
-        sink.shadow_rays(count(open));
-        let value = contribution.times(self.share(stage, strategy, walk, &joint, here, (y, end.pdf_fwd)));
-        let connection = Connection::<L> {
-            ray: Ray::joining(z, y),
-            primitives: [words(lanes, z), words(lanes, y)],
-            ends: [z.position, y.position],
-            value,
-            raster: walk.raster,
-        };
-        connections.push(&connection, open & !z.is_in_one_plane_with(y));
-    }
-
-    /// w/n of a path whose camera prefix ends at `here` and whose light is at `end`, with the density `pdf_end` of the technique.
-    #[inline(always)]
-    fn share<L: Lanes>(
-        &self,
-        Stage { lanes, scene, rivals, .. }: Stage<'_, L>,
-        strategy: Strategy,
-        walk: &Walk<L>,
-        joint: &Joint<L>,
-        here: &Step<L, Bsdfs<L>>,
-        (end, pdf_end): (&Point<L, Bsdfs<L>>, PdfArea<L::F>),
-    ) -> L::F {
-        let none = lanes.mask(0);
-        let is_delta = !(walk.flags & lanes.splat_u(DELTA)).eq(lanes.splat_u(0));
-        let of_camera = Tail { pdf_fwd: [here.pdf_fwd; 2], is_delta: [is_delta, none], rivals: RivalSum::none(lanes) };
-        let of_light = Tail { pdf_fwd: [pdf_end; 2], is_delta: [none; 2], rivals: RivalSum::none(lanes) };
-        let around = Around {
-            strategy,
-            joint,
-            camera: &of_camera,
-            light: &of_light,
-            light_is_hittable: is_hittable(scene, end),
-            ends_are_directions: are_directions(&here.vertex.point, end),
-        };
-        around.weight(rivals, &self.weighed) / lanes.splat(self.weighed.count(strategy))
     }
 }
 

@@ -90,7 +90,7 @@ pub struct Walk<L: Lanes> {
     pub position: L::V,
     pub normal: L::V,
     pub primitive: [L::U; 2],
-    /// [`DELTA`], [`INSIDE`].
+    /// [`DELTA`], [`INSIDE`], [`flag_of`] its place.
     pub flags: L::U,
     /// Where on the image it began.
     pub raster: [L::F; 2],
@@ -106,7 +106,24 @@ pub const DELTA: u32 = 1;
 /// It goes through a body.
 pub const INSIDE: u32 = 2;
 
+/// What kind of place its last vertex is.
+pub fn flag_of(place: Place) -> u32 {
+    match place {
+        Place::Surface => 0,
+        Place::Degenerate => 4,
+        Place::Infinite => 8,
+        Place::Film => 12,
+    }
+}
+
 impl<L: Lanes> Walk<L> {
+    /// In which lanes the last vertex is such a place.
+    #[inline(always)]
+    pub fn leaves(&self, place: Place) -> L::M {
+        let lanes = self.flags.lanes();
+        (self.flags & lanes.splat_u(12)).eq(lanes.splat_u(flag_of(place)))
+    }
+
     /// Its last vertex, as far as an edge from there depends on it.
     #[inline(always)]
     pub fn from(&self, place: Place) -> Point<L, Bsdfs<L>> {

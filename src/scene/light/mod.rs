@@ -66,6 +66,19 @@ pub struct Emission {
     pub origin: Option<Vec3>,
 }
 
+impl Emission {
+    /// From nowhere, and with no density.
+    pub(crate) fn nowhere() -> Self {
+        Self {
+            point: Point::nowhere(Vec3::ZERO),
+            pdf_position: PdfArea::ZERO,
+            direction: Vec3::Z,
+            pdf_direction: PdfSolidAngle::ZERO,
+            origin: None,
+        }
+    }
+}
+
 /// All lights of a scene, with the choice among them.
 #[derive(Clone, Debug)]
 pub struct Lights {

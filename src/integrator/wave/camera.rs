@@ -1,0 +1,240 @@
+//! What a wave of walks from the camera does: it starts at the lens, hits lights, and takes next-event estimates.
+
+use glam::Vec3;
+
+use super::{
+    Stage, Starts, WaveSink, count, deposit,
+    queue::{Connection, Connections, DELTA, INSIDE, Walk, Walks},
+    words,
+};
+use crate::{
+    integrator::Integrator,
+    lanes::{Float, Lanes, MOST, Mask, Unsigned, Vector},
+    math::Rgb,
+    path::{Around, Departure, Joint, RivalSum, Step, Strategy, Tail, are_directions, is_hittable},
+    sampling::{Block, Choice, Numbers, PdfArea, Sampler, Square, Stream, warp},
+    scene::{
+        bsdf::Bsdfs,
+        geometry::{PrimitiveId, Ray},
+        light::Receiver,
+        media::Inside,
+        point::{Place, Point},
+    },
+};
+
+impl Integrator {
+    /// Every path's way through the lens.
+    #[inline(always)]
+    pub(super) fn start_at_lens<L: Lanes>(
+        &self,
+        stage: Stage<'_, L>,
+        sample: u32,
+        starts: &mut Starts,
+        (walks, inside): (&mut Walks, &mut Vec<Inside>),
+    ) {
+        let Stage { lanes, scene, kind, seed, .. } = stage;
+        let camera = &scene.camera;
+        let lens = stage.lens();
+        let beta = 1.0 / camera.pdf_lens().0;
+        starts.pad();
+        walks.0.clear(starts.len);
+        let mut outside = true;
+        if let Some(media) = scene.media() {
+            let mut start = Inside::NOTHING;
+            start.start_at_lens(scene, media, camera.lens_point().position);
+            outside = start.is_nothing();
+            inside.clear();
+            inside.resize(starts.len, start);
+        }
+        for i in (0..starts.len).step_by(L::N) {
+            let corner = [lanes.load(&starts.corners[0][i..]), lanes.load(&starts.corners[1][i..])];
+            let key = lanes.load_u(&starts.keys[i..]);
+            let kept = [Stream::Camera, Stream::Connection].map(|s| Numbers::<L>::keep(kind, seed, key, sample, s));
+            let mut numbers = stage.numbers(kept[0], Stream::Camera, 0);
+            numbers.start(Block::START);
+            let [x, y] = numbers.next_two();
+            let raster = [corner[0] + x, corner[1] + y];
+            let direction = camera.direction_through(&lens, raster);
+            // Rounding may put a sample of the padded film's border outside it.
+            let seen = camera.look_in_lanes(&lens, direction);
+            let beta = (seen.we * lens.normal.dot(direction) / seen.pdf.0) * beta;
+            let beta = Rgb::of(L::V::new(beta, beta, beta));
+            let [[scramble, index], [connection, _]] = kept;
+            let walk = Walk::<L> {
+                departure: Departure {
+                    origin: lens.position,
+                    direction,
+                    pdf: seen.pdf,
+                    beta,
+                    survival: lanes.splat(1.0),
+                },
+                whole: beta.max_element(),
+                position: lens.position,
+                normal: lens.normal,
+                primitive: PrimitiveId::NONE.words().map(|word| lanes.splat_u(word)),
+                flags: lanes.splat_u(if outside { 0 } else { INSIDE }),
+                raster,
+                scrambles: [scramble, connection],
+                index,
+                number: lanes.whole_numbers(|k| (i + k) as u32),
+            };
+            walks.push(&walk, seen.some & lanes.first(starts.len - i));
+        }
+    }
+
+    /// s = 0: those of the lanes `which` whose vertex lies on a light.
+    #[inline(always)]
+    pub(super) fn hit<L: Lanes>(
+        &self,
+        stage: Stage<'_, L>,
+        walk: &Walk<L>,
+        from: &Point<L, Bsdfs<L>>,
+        here: &Step<L, Bsdfs<L>>,
+        which: L::M,
+        sink: &mut impl WaveSink,
+    ) {
+        let Stage { scene, vertices: t, .. } = stage;
+        let strategy = Strategy { s: 0, t };
+        let times = self.evaluated.multiplicity(strategy);
+        let end = &here.vertex.point;
+        let lights = which & end.lies_on_light();
+        if times == 0 || !lights.any() {
+            return;
+        }
+        let Some(joint) = Joint::hit(scene, from, here) else { return };
+        let contribution = joint.contribution(here.beta, None);
+        let value = contribution.times(self.share(stage, strategy, walk, &joint, here, (end, here.pdf_fwd)));
+        let value = value.channels().all();
+        let [x, y] = walk.raster.map(Float::all);
+        for k in (lights & !contribution.is_black()).lanes() {
+            for _ in 0..times {
+                deposit(sink, strategy, [x[k], y[k]], Rgb::from_array(value[k]));
+            }
+        }
+    }
+
+    /// s = 1: next-event estimation at the vertices of the lanes `which`, up to the ray.
+    #[inline(always)]
+    pub(super) fn connect<L: Lanes>(
+        &self,
+        stage: Stage<'_, L>,
+        walk: &Walk<L>,
+        here: &Step<L, Bsdfs<L>>,
+        which: L::M,
+        connections: &mut Connections,
+        sink: &mut impl WaveSink,
+    ) {
+        let Stage { lanes, scene, vertices: t, .. } = stage;
+        let lights = scene.lights();
+        let of_each = lights.next_event_samples();
+        let samples = of_each * self.evaluated.multiplicity(Strategy { s: 1, t });
+        let which = which & here.vertex.point.bsdf.has_continuous(lanes);
+        if samples == 0 || !which.any() {
+            return;
+        }
+        for n in 0..samples {
+            let mut numbers = stage.numbers([walk.scrambles[1], walk.index], Stream::Connection, 0);
+            numbers.start(Block::repeated(t - 2, n));
+            let (square, choice) = (numbers.next_square(), numbers.next_choice_words());
+            if let Some(lights) = scene.few_lights() {
+                let (triangle, density) = lights.choose(choice);
+                let (point, plain) = scene.plain_points(lanes, which, triangle, warp::triangle(square.coordinates()));
+                let end = Step::next_event(point, PdfArea(density));
+                let some = which & plain & lanes.splat(0.0).lt(density);
+                self.next_event(stage, walk, [here, &end], some, connections, sink);
+            } else {
+                self.connect_each(stage, walk, here, which, (square, choice, n % of_each), connections, sink);
+            }
+        }
+    }
+
+    /// The same where the light of each lane may be of any kind.
+    #[inline(always)]
+    #[expect(clippy::too_many_arguments, reason = "what next-event estimation takes")]
+    fn connect_each<L: Lanes>(
+        &self,
+        stage: Stage<'_, L>,
+        walk: &Walk<L>,
+        here: &Step<L, Bsdfs<L>>,
+        which: L::M,
+        (square, [high, low], nth): (Square<L::U>, [L::U; 2], u32),
+        connections: &mut Connections,
+        sink: &mut impl WaveSink,
+    ) {
+        let Stage { lanes, scene, .. } = stage;
+        let receivers = Receiver::all(&here.vertex.point);
+        let ([high, low], [u, v]) = ([high.all(), low.all()], square.0.map(Unsigned::all));
+        let (mut ends, mut density, mut some) = ([Point::nowhere(Vec3::ZERO); MOST], [1.0; MOST], 0);
+        for k in which.lanes() {
+            let choice = Choice::of_words(high[k], low[k]);
+            let Some(chosen) = scene.lights().choose_next_event(|| receivers(k), choice, nth) else { continue };
+            let (end, pdf) = scene.on_chosen_light(chosen, Square([u[k], v[k]]));
+            (ends[k], density[k]) = (end, pdf.0);
+            some |= u32::from(pdf > PdfArea::ZERO) << k;
+        }
+        let density = PdfArea(lanes.load(&density));
+        for place in [Place::Surface, Place::Degenerate, Place::Infinite] {
+            let which = lanes.condition(|k| some >> k & 1 == 1 && ends[k].place == place);
+            if which.any() {
+                let point = Point::of_each(lanes, which, place, |k| &ends[k]);
+                self.next_event(stage, walk, [here, &Step::next_event(point, density)], which, connections, sink);
+            }
+        }
+    }
+
+    /// The connection of the vertices of the lanes `which` with points of lights.
+    #[inline(always)]
+    pub(super) fn next_event<L: Lanes>(
+        &self,
+        stage: Stage<'_, L>,
+        walk: &Walk<L>,
+        [here, end]: [&Step<L, Bsdfs<L>>; 2],
+        which: L::M,
+        connections: &mut Connections,
+        sink: &mut impl WaveSink,
+    ) {
+        let Stage { lanes, scene, .. } = stage;
+        let strategy = stage.connecting();
+        let (z, y) = (&here.vertex.point, &end.vertex.point);
+        let ratio = end.pdf_fwd.0 / scene.lights().pdf_position(y).0;
+        let Some(joint) = Joint::connect(scene, strategy, [here, end], ratio) else { return };
+        let contribution = joint.contribution(here.beta, Some(end.beta));
+        let open = which & !contribution.is_black();
+        sink.shadow_rays(count(open));
+        let value = contribution.times(self.share(stage, strategy, walk, &joint, here, (y, end.pdf_fwd)));
+        let connection = Connection::<L> {
+            ray: Ray::joining(z, y),
+            primitives: [words(lanes, z), words(lanes, y)],
+            ends: [z.position, y.position],
+            value,
+            raster: walk.raster,
+        };
+        connections.push(&connection, open & !z.is_in_one_plane_with(y));
+    }
+
+    /// w/n of a path whose camera prefix ends at `here` and whose light is at `end`, with the density `pdf_end` of the technique.
+    #[inline(always)]
+    fn share<L: Lanes>(
+        &self,
+        Stage { lanes, scene, rivals, .. }: Stage<'_, L>,
+        strategy: Strategy,
+        walk: &Walk<L>,
+        joint: &Joint<L>,
+        here: &Step<L, Bsdfs<L>>,
+        (end, pdf_end): (&Point<L, Bsdfs<L>>, PdfArea<L::F>),
+    ) -> L::F {
+        let none = lanes.mask(0);
+        let is_delta = !(walk.flags & lanes.splat_u(DELTA)).eq(lanes.splat_u(0));
+        let of_camera = Tail { pdf_fwd: [here.pdf_fwd; 2], is_delta: [is_delta, none], rivals: RivalSum::none(lanes) };
+        let of_light = Tail { pdf_fwd: [pdf_end; 2], is_delta: [none; 2], rivals: RivalSum::none(lanes) };
+        let around = Around {
+            strategy,
+            joint,
+            camera: &of_camera,
+            light: &of_light,
+            light_is_hittable: is_hittable(scene, end),
+            ends_are_directions: are_directions(&here.vertex.point, end),
+        };
+        around.weight(rivals, &self.weighed) / lanes.splat(self.weighed.count(strategy))
+    }
+}
