@@ -89,6 +89,8 @@ fn results<L: Lanes, const N: usize>(lanes: L, (x, y, u, v): &Given) -> Vec<[u32
         some.select(a, b),
         (i >> 1).to_f32(),
         lanes.numbers(|k| x[k] * y[k]),
+        L::F::of_bits(i),
+        lanes.load(&a.all()),
     ];
     let doubles = [
         d,
@@ -120,11 +122,17 @@ fn results<L: Lanes, const N: usize>(lanes: L, (x, y, u, v): &Given) -> Vec<[u32
         !some,
         lanes.first(u[0] as usize % 40),
         a.lt(b) & some,
+        lanes.condition(|k| x[k] < y[k]),
         a.lt(b) | some,
     ];
     let (low, high) = i.wide_mul(v[1]);
+    let records: Vec<_> = (0..32).map(|r| Record(std::array::from_fn(|k| x[k % N] * (r + k) as f32))).collect();
+    let places = lanes.load_u(&std::array::from_fn::<_, N, _>(|k| u[k] % 32));
+    let floats: Vec<_> = floats.into_iter().chain(lanes.records(&records, places)).collect();
     let words = [
         i,
+        a.to_bits(),
+        lanes.load_u(&i.all()),
         some.select(i, j),
         lanes.splat_u(u[1]),
         i & j,

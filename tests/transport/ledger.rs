@@ -12,7 +12,7 @@ use glam::{DVec3, Vec2, Vec3};
 use pathspace::{
     math::{Frame, Rgb},
     path::{Roulette, Step, Subpath},
-    sampling::{Filter, Independent, Sampler, Stream},
+    sampling::{Filter, Independent, Stream},
     scene::{
         Scene,
         bsdf::{Bsdf, Dielectric, Lobe, MetallicRoughness},

@@ -51,7 +51,7 @@ impl Integrator {
                 let such = |k: usize| emissions.some >> k & 1 == 1 && emissions.of_lane[k].point.place == place;
                 let which = lanes.condition(such);
                 if which.any() {
-                    self.leave(stage, i, kept, &emissions, (which, place), wave, sink);
+                    self.leave(stage, (i, kept), &emissions, (which, place), wave, sink);
                 }
             }
         }
@@ -62,8 +62,7 @@ impl Integrator {
     fn leave<L: Lanes>(
         &self,
         stage: Stage<'_, L>,
-        at: usize,
-        kept: [L::U; 2],
+        (at, kept): (usize, [L::U; 2]),
         emissions: &Emissions,
         (which, place): (L::M, Place),
         wave: &mut Wave,

@@ -376,7 +376,7 @@ impl Integrator {
         inside: &mut [Inside],
         sink: &mut impl WaveSink,
     ) {
-        let Stage { lanes, scene, vertices, transport, .. } = stage;
+        let Stage { lanes, vertices, transport, .. } = stage;
         let from = walk.from(place);
         let here = Step::arriving(&walk.departure, &from, point, lanes.splat(1.0));
         sink.walked(transport, count(which));
@@ -396,6 +396,21 @@ impl Integrator {
         if vertices == stage.most {
             return;
         }
+        self.scatter(stage, walk, &here, which, (next, inside), sink);
+    }
+
+    /// How the walks of the lanes `which` leave their vertex.
+    #[inline(always)]
+    fn scatter<L: Lanes>(
+        &self,
+        stage: Stage<'_, L>,
+        walk: &Walk<L>,
+        here: &Step<L, Bsdfs<L>>,
+        which: L::M,
+        (next, inside): (&mut Walks, &mut [Inside]),
+        sink: &mut impl WaveSink,
+    ) {
+        let Stage { lanes, vertices, transport, .. } = stage;
         let stream = if transport == Transport::Radiance { Stream::Camera } else { Stream::Light };
         let mut numbers = stage.numbers([walk.scrambles[0], walk.index], stream, stage.taken());
         numbers.start(Block::scattering(vertices - 1));
@@ -404,23 +419,12 @@ impl Integrator {
         let rules = Rules { transport, directions: self.evaluated.directions(), roulette: self.roulette };
         let scattered = here.scatter(rules, vertices - 1, walk.whole, u, survive);
         sink.lost_to_sides(count(scattered.lost_to_sides & which));
-        let p = &here.vertex.point;
-        let goes_on = scattered.goes_on & which;
-        // Lambertians let nothing through.
+        let (p, goes_on) = (&here.vertex.point, scattered.goes_on & which);
         let mut is_inside = !(walk.flags & lanes.splat_u(INSIDE)).eq(lanes.splat_u(0));
-        if scene.media().is_some() && matches!(p.bsdf, Bsdfs::Each(..)) {
+        // Lambertians let nothing through.
+        if stage.scene.media().is_some() && matches!(p.bsdf, Bsdfs::Each(..)) {
             let through = p.normal.dot(scattered.departure.direction) * p.normal.dot(here.back.direction);
-            let through = through.lt(lanes.splat(0.0)).bits();
-            let number = walk.number.all();
-            let mut bits = 0;
-            for k in goes_on.lanes() {
-                let inside = &mut inside[number[k] as usize];
-                if inside.is_at_boundary() && through >> k & 1 == 1 {
-                    inside.go_through();
-                }
-                bits |= u32::from(!inside.is_nothing()) << k;
-            }
-            is_inside = lanes.mask(bits);
+            is_inside = go_through(walk, goes_on, through.lt(lanes.splat(0.0)), inside);
         }
         let flag = |condition: L::M, flag: u32| condition.select(lanes.splat_u(flag), lanes.splat_u(0));
         let onwards = Walk {
@@ -434,6 +438,22 @@ impl Integrator {
         };
         next.push(&onwards, goes_on);
     }
+}
+
+/// Takes the walks of the lanes `goes_on` to the other side of their surface where they go `through` it. Returns which
+/// of them are in something then.
+#[inline(always)]
+fn go_through<L: Lanes>(walk: &Walk<L>, goes_on: L::M, through: L::M, inside: &mut [Inside]) -> L::M {
+    let (number, through) = (walk.number.all(), through.bits());
+    let mut bits = 0;
+    for k in goes_on.lanes() {
+        let inside = &mut inside[number[k] as usize];
+        if inside.is_at_boundary() && through >> k & 1 == 1 {
+            inside.go_through();
+        }
+        bits |= u32::from(!inside.is_nothing()) << k;
+    }
+    walk.number.lanes().mask(bits)
 }
 
 /// The names of the primitives on which points lie.
