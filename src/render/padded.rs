@@ -26,7 +26,7 @@ impl PaddedImage {
     /// threads.
     pub(super) const TILE: u32 = 16;
 
-    /// The same of one that is rendered in waves: as many paths as fill the queues well, and no more than a cache holds.
+    /// The same of one that is rendered in waves: enough paths to fill the queues well, and no more than a cache holds.
     pub(super) const TILE_OF_WAVES: u32 = 32;
 
     /// The numbers of the tiles.

@@ -228,7 +228,7 @@ fn wanted(args: &RenderArgs) -> Wanted {
     Wanted { goal: Goal::Passes(passes.len() as u32), passes, whole: Some(spp) }
 }
 
-/// About how many samples the whole image will have, whichever part of it this is; `None` where that is anybody's guess.
+/// About how many samples the whole image will have, whichever part of it this is; `None` where nobody can say.
 fn announced(args: &RenderArgs, sensor: Sensor) -> Option<u64> {
     /// Of two cores, in small scenes.
     const SAMPLES_A_SECOND: f64 = 1e6;

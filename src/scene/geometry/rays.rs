@@ -127,8 +127,8 @@ impl Hits {
         !lanes.load_u(&self.instance[from..]).eq(lanes.splat_u(u32::MAX))
     }
 
-    /// Whether the primitives from the `from`-th ray on, one for each lane, are the world's, their numbers, and where on
-    /// them; anything where a ray has met nothing.
+    /// Whether the primitives from the `from`-th ray on, one for each lane, are the world's, their numbers, and where
+    /// on them; anything where a ray has met nothing.
     #[inline(always)]
     pub(crate) fn places<L: Lanes>(&self, lanes: L, from: usize) -> (L::M, L::U, [L::F; 2]) {
         let [b, c] = &self.barycentric;

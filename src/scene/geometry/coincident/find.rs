@@ -365,7 +365,7 @@ impl Face {
         }
         let apart = |p: &DVec3| self.normal.dot(*p - self.corners[0]).abs();
         let near = overlap.iter().all(|p| apart(p) <= error);
-        // Neighbours at a vertex, neither of which keeps to one side of an edge of the other, may have it alone in common.
+        // Neighbours at a vertex, neither of which keeps to one side of the other's edges, may have it alone in common.
         let first = *overlap.first()?;
         let is_point = overlap.iter().all(|p| (p - first).abs().max_element() <= Self::TOUCHING * error);
         let bounds = overlap.iter().map(|p| Bounds { min: p.as_vec3(), max: p.as_vec3() }).reduce(Bounds::union);
