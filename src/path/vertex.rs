@@ -46,9 +46,9 @@ impl Vertex {
     /// f̂/α with the densities of both directions, for unit world directions towards the camera and the light.
     ///
     /// f̂ = f_s |ω_light·N_s| / |ω_light·N_g|, with both directions as [`Tilt`](crate::scene::tilt::Tilt) maps them
-    /// near the horizons: with the geometric cosines of G this scatters over shading normals as radiance does, whichever way
-    /// the path was found, so that no strategy needs a correction of its own (Veach 5.3). α is left out because a walk
-    /// that stops here with probability α divides by it again.
+    /// near the horizons: with the geometric cosines of G this scatters over shading normals as radiance does,
+    /// whichever way the path was found, so that no strategy needs a correction of its own (Veach 5.3). α is left out
+    /// because a walk that stops here with probability α divides by it again.
     #[inline]
     pub fn scatter(&self, to_camera: Vec3, to_light: Vec3) -> Scatter {
         Bsdf::scatter_at(&self.point, self.lobe, to_camera, to_light)

@@ -409,7 +409,12 @@ impl Scene {
     }
 
     fn records(&self) -> &Records {
-        self.records.get_or_init(|| Records::new(&self.geometry, &self.materials, &self.light_of, &self.lights))
+        // Made outside of the cell: a thread that waits for its helpers takes up other work, which may come here too.
+        let new = || Records::new(&self.geometry, &self.materials, &self.light_of, &self.lights);
+        self.records.get().unwrap_or_else(|| {
+            let records = new();
+            self.records.get_or_init(|| records)
+        })
     }
 
     /// The media, where some surface bounds a volume.

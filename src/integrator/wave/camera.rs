@@ -212,8 +212,8 @@ impl Integrator {
         connections.push(&connection, open & !z.is_in_one_plane_with(y));
     }
 
-    /// w/n of a path whose camera prefix ends at `here` and whose light is at `end`, where the technique has put it with
-    /// the density `pdf_end`.
+    /// w/n of a path whose camera prefix ends at `here` and whose light is at `end`, where the technique has put it
+    /// with the density `pdf_end`.
     #[inline(always)]
     fn share<L: Lanes>(
         &self,
