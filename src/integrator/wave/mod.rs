@@ -235,11 +235,12 @@ impl Integrator {
     /// What happens at the vertex to which the rays have come.
     #[inline(always)]
     fn arrive<L: Lanes>(&self, stage: Stage<'_, L>, wave: &mut Wave, sink: &mut impl WaveSink) {
-        let Stage { lanes, scene, .. } = stage;
+        let Stage { lanes, scene, t, .. } = stage;
         let Wave { walks, next, hits, connections, .. } = wave;
         let len = walks.0.len();
         next.0.clear(len);
-        connections.0.clear(len * scene.lights().next_event_samples() as usize);
+        let multiplicity = self.evaluated.multiplicity(Strategy { s: 1, t });
+        connections.0.clear(len * (scene.lights().next_event_samples() * multiplicity) as usize);
         let mut points = [Point::nowhere(Vec3::ZERO); MOST];
         for i in (0..len).step_by(L::N) {
             let walk = walks.get(lanes, i);
