@@ -11,8 +11,10 @@ use pathspace::{
     sampling::{Filter, SamplerKind},
     scene::{
         Scene,
-        camera::Sensor,
+        camera::{Camera, Sensor},
+        geometry::Geometry,
         light::{Light, LightChoice},
+        material::{EmissionSides, Material, MaterialId},
     },
 };
 
@@ -47,6 +49,33 @@ fn settings(integrator: IntegratorKind) -> Settings {
     Settings { integrator, sampler: SamplerKind::Sobol, roulette, ..Settings::new(SENSOR) }
 }
 
+/// Without a volume, so that waves go everywhere: Lambertians, flat and smooth, a mirror, and lamps of unlike sizes.
+fn plain(sensor: Sensor) -> Scene {
+    let mut two_sided = Material::diffuse("two-sided", Rgb::splat(0.4)).emitting(Rgb::new(1.0, 1.5, 2.0));
+    two_sided.emission_sides = EmissionSides::Both;
+    let materials = vec![
+        Material::diffuse("white", Rgb::new(0.7, 0.72, 0.68)),
+        Material::mirror("mirror", Rgb::splat(0.9)),
+        Material::diffuse("lamp", Rgb::splat(0.3)).emitting(Rgb::new(2.0, 1.5, 1.0)),
+        two_sided,
+    ];
+    let mut g = Geometry::default();
+    let v = Vec3::new;
+    scenes::quad(&mut g, [v(-1.0, -1.0, -1.0), v(-1.0, -1.0, 1.0), v(1.0, -1.0, 1.0), v(1.0, -1.0, -1.0)], 0);
+    scenes::quad(&mut g, [v(-1.0, -1.0, -1.0), v(1.0, -1.0, -1.0), v(1.0, 0.6, -1.0), v(-1.0, 0.6, -1.0)], 0);
+    for (x, half, material) in [(-0.6, 0.05, 2), (0.0, 0.3, 2), (0.7, 0.1, 3)] {
+        let corner = |dx: f32, dz: f32| v(x + dx * half, 0.7, dz * half);
+        scenes::quad(&mut g, [corner(-1., -1.), corner(1., -1.), corner(1., 1.), corner(-1., 1.)], material);
+    }
+    let positions =
+        [v(-0.9, -1.0, -0.9), v(-0.1, -1.0, -0.9), v(-0.1, -1.0, -0.1), v(-0.9, -1.0, -0.1), v(-0.5, -0.3, -0.5)];
+    let normals = positions.map(|p| (p - v(-0.5, -1.4, -0.5)).normalize());
+    g.add_triangles(&positions, Some(&normals), &[[0, 4, 1], [1, 4, 2], [2, 4, 3], [3, 4, 0]], MaterialId(0));
+    g.add_sphere(v(0.45, -0.6, -0.4), 0.4, MaterialId(1));
+    let camera = Camera::look_at(v(0.1, 0.2, 1.8), v(0.0, -0.4, -1.0), Vec3::Y, 0.9, sensor);
+    Scene::new(g, materials, &[Light::Environment { radiance: Rgb::new(0.2, 0.3, 0.5) }], camera)
+}
+
 #[test]
 fn any_number_of_lanes_gives_the_same_bytes() {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes");
@@ -64,10 +93,12 @@ fn any_number_of_lanes_gives_the_same_bytes() {
 #[test]
 fn whatever_is_in_the_scene() {
     let sun = Light::Directional { towards: Vec3::new(0.3, 1.0, 0.4).normalize(), irradiance: Rgb::splat(2.0) };
-    let sky = Light::Environment { radiance: Rgb::new(0.2, 0.3, 0.5) };
     let lamp = Light::Point { position: Vec3::new(0.5, 1.5, 0.5), intensity: Rgb::splat(3.0) };
-    let lights = [sun, sky, lamp];
+    let lights = [sun, lamp]; // and the courtyard's sky
     let all = [
+        ("plain", plain(SENSOR)),
+        ("plain by tree", plain(SENSOR).choosing_lights(LightChoice::Tree)),
+        ("plain, each light", plain(SENSOR).choosing_lights(LightChoice::All)),
         ("zoo", scenes::zoo(SENSOR)),
         ("open zoo", scenes::open_zoo(SENSOR)),
         ("veiled", scenes::veiled(SENSOR)),
@@ -87,7 +118,7 @@ fn whatever_is_in_the_scene() {
 fn whatever_the_render_is_asked_for() {
     let filter = Filter::BlackmanHarris;
     let padded = Sensor { padding: filter.padding(), ..SENSOR };
-    let scene = scenes::open_zoo(padded);
+    let all = [("plain", plain(padded)), ("open zoo", scenes::open_zoo(padded))];
     let plain = Settings { sampler: SamplerKind::Sobol, ..Settings::new(padded) };
     for integrator in [IntegratorKind::Path, IntegratorKind::PathHemisphere] {
         let plain = Settings { integrator, filter, ..plain.clone() };
@@ -100,7 +131,9 @@ fn whatever_the_render_is_asked_for() {
             Settings { roulette: pathspace::path::Roulette::ByThroughput(2), ..plain.clone() },
             Settings { hemisphere: pathspace::scene::bsdf::Directions::Uniform, seed: 9, ..plain.clone() },
         ] {
-            assert_widths_do_not_matter("open zoo", &scene, &settings);
+            for (name, scene) in &all {
+                assert_widths_do_not_matter(name, scene, &settings);
+            }
         }
     }
 }
