@@ -55,7 +55,7 @@ pub struct Renderer<'a> {
     settings: &'a Settings,
     integrator: Integrator,
     /// Which way waves of this scene's paths go, if the integrator can make some, and the lanes for them.
-    makes_waves: Option<Transport>,
+    way: Option<Transport>,
     lanes: Instructions,
     film: Film,
     /// Of a transparent background.
@@ -117,7 +117,7 @@ impl<'a> Renderer<'a> {
         Self {
             scene,
             settings,
-            makes_waves: integrator.makes_waves(scene, settings.sampler),
+            way: integrator.makes_waves(scene, settings.sampler),
             lanes: Instructions::detect(),
             integrator,
             film,

@@ -95,7 +95,7 @@ impl Plane {
         overflows
     }
 
-    /// A value in quanta, if a word can take it as it is; 0 is as many.
+    /// A value in quanta, if it is a multiple of the quantum that a word can take.
     #[inline(always)]
     pub(super) fn quanta(&self, value: f32) -> Option<i64> {
         let bits = value.to_bits();

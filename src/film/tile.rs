@@ -41,7 +41,7 @@ impl TileSums {
         film.deposit(raster, value, half);
     }
 
-    /// Adds all of it to the film, which has no more then than if each deposit had gone there.
+    /// Adds all of it to the film. The sums are the same as if each deposit had gone there.
     pub fn flush(&mut self, film: &Film, half: Half) {
         for (i, words) in (0..).zip(&mut self.words) {
             let words = std::mem::take(words);

@@ -7,7 +7,7 @@ use std::{
     ops::{Add, BitAnd, BitOr, BitXor, Div, Mul, Neg, Not, Shl, Shr, Sub},
 };
 
-use super::{Double, Float, Lanes, Mask, Record, Select, Three, Unsigned};
+use super::{Double, Float, Lanes, Mask, Record, Select, Three, Unsigned, transpose::transposed_8};
 
 /// Eight lanes, on a processor with `avx2`, `bmi1`, `bmi2`, `lzcnt` and `popcnt`.
 #[derive(Clone, Copy, Debug)]
@@ -107,31 +107,6 @@ impl Not for M {
     }
 }
 
-/// Columns of the rows: pairs first, then fours, then halves of a register.
-#[inline(always)]
-unsafe fn transposed(rows: [__m256; 8]) -> [F; 8] {
-    unsafe {
-        let (mut pairs, mut fours) = (rows, rows);
-        for k in 0..4 {
-            pairs[2 * k] = _mm256_unpacklo_ps(rows[2 * k], rows[2 * k + 1]);
-            pairs[2 * k + 1] = _mm256_unpackhi_ps(rows[2 * k], rows[2 * k + 1]);
-        }
-        for k in 0..2 {
-            for half in 0..2 {
-                let (a, b) = (pairs[4 * k + half], pairs[4 * k + half + 2]);
-                fours[4 * k + 2 * half] = _mm256_shuffle_ps::<0x44>(a, b);
-                fours[4 * k + 2 * half + 1] = _mm256_shuffle_ps::<0xee>(a, b);
-            }
-        }
-        let mut columns = [F(rows[0]); 8];
-        for c in 0..4 {
-            columns[c] = F(_mm256_permute2f128_ps::<0x20>(fours[c], fours[4 + c]));
-            columns[4 + c] = F(_mm256_permute2f128_ps::<0x31>(fours[c], fours[4 + c]));
-        }
-        columns
-    }
-}
-
 impl Lanes for Eight {
     const N: usize = 8;
     type F = F;
@@ -188,8 +163,10 @@ impl Lanes for Eight {
             for k in 0..8 {
                 rows[k] = unsafe { _mm256_load_ps(from[at[k] as usize].0[half..].as_ptr()) };
             }
-            let eight = unsafe { transposed(rows) };
-            columns[half..half + 8].copy_from_slice(&eight);
+            let eight = unsafe { transposed_8(rows) };
+            for (column, row) in columns[half..half + 8].iter_mut().zip(eight) {
+                *column = F(row);
+            }
         }
         columns
     }

@@ -9,6 +9,7 @@ use std::{
 use super::{
     Double, Eight, Float, Lanes, Mask, Record, Select, Three, Unsigned,
     avx2::{REVERSED_BITS, REVERSED_BYTES, each},
+    transpose::transposed_16,
 };
 
 /// Sixteen lanes, on a processor with `avx512f`, `avx512vl`, `avx512dq`, `avx512bw`, `avx512cd` and all that [`Eight`]
@@ -127,37 +128,6 @@ impl Not for M {
     }
 }
 
-/// Columns of the rows: pairs first, then fours, then quarters of a register.
-#[inline(always)]
-unsafe fn transposed(rows: [__m512; 16]) -> [F; 16] {
-    unsafe {
-        let (mut pairs, mut fours) = (rows, rows);
-        for k in 0..8 {
-            pairs[2 * k] = _mm512_unpacklo_ps(rows[2 * k], rows[2 * k + 1]);
-            pairs[2 * k + 1] = _mm512_unpackhi_ps(rows[2 * k], rows[2 * k + 1]);
-        }
-        for k in 0..4 {
-            for half in 0..2 {
-                let a = _mm512_castps_pd(pairs[4 * k + half]);
-                let b = _mm512_castps_pd(pairs[4 * k + half + 2]);
-                fours[4 * k + 2 * half] = _mm512_castpd_ps(_mm512_unpacklo_pd(a, b));
-                fours[4 * k + 2 * half + 1] = _mm512_castpd_ps(_mm512_unpackhi_pd(a, b));
-            }
-        }
-        let mut columns = [F(rows[0]); 16];
-        for c in 0..4 {
-            let (a, b, d, e) = (fours[c], fours[4 + c], fours[8 + c], fours[12 + c]);
-            let (even, odd) = (_mm512_shuffle_f32x4::<0x88>(a, b), _mm512_shuffle_f32x4::<0xdd>(a, b));
-            let (other_even, other_odd) = (_mm512_shuffle_f32x4::<0x88>(d, e), _mm512_shuffle_f32x4::<0xdd>(d, e));
-            columns[c] = F(_mm512_shuffle_f32x4::<0x88>(even, other_even));
-            columns[4 + c] = F(_mm512_shuffle_f32x4::<0x88>(odd, other_odd));
-            columns[8 + c] = F(_mm512_shuffle_f32x4::<0xdd>(even, other_even));
-            columns[12 + c] = F(_mm512_shuffle_f32x4::<0xdd>(odd, other_odd));
-        }
-        columns
-    }
-}
-
 impl Lanes for Sixteen {
     const N: usize = 16;
     type F = F;
@@ -205,7 +175,12 @@ impl Lanes for Sixteen {
         for k in 0..16 {
             rows[k] = unsafe { _mm512_load_ps(from[at[k] as usize].0.as_ptr()) };
         }
-        unsafe { transposed(rows) }
+        let rows = unsafe { transposed_16(rows) };
+        let mut columns = [self.splat(0.0); 16];
+        for (column, row) in columns.iter_mut().zip(rows) {
+            *column = F(row);
+        }
+        columns
     }
     #[inline(always)]
     fn each<T: Copy + Debug>(self, f: impl FnMut(usize) -> T) -> [T; 16] {

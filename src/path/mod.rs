@@ -7,10 +7,13 @@
 //! | G(p↔p′), V(p↔p′) | [`Path::geometry_term`], [`Scene::visible`](crate::scene::Scene::visible) |
 //! | F_j(p̄) | [`Path::contribution`] |
 //! | p_{s,t}, n_{s,t}, w_{s,t} | [`Path::pdf`], [`Techniques`], [`mis_weight`] |
+//! | F between two prefixes | [`Joint`] |
+//! | a step of a walk | [`Step::scatter`] |
 //!
 //! The core has two faces. The **definition** ([`Path`]) is written straight from the formulas, in f64 and without
 //! caches. The **fast form** ([`Subpath`], [`JoinedPath`]) carries prefix products and densities that the random walks
-//! fill in. `tests/transport/identity.rs` holds them together for every path that any integrator finds.
+//! fill in, in as many lanes `L` as there are paths at once: one, unless it is said, and a reader may forget them.
+//! `tests/transport/identity.rs` holds them together for every path that any integrator finds.
 
 mod absorption;
 mod class;

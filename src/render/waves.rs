@@ -55,17 +55,23 @@ impl<'a> Renderer<'a> {
         Some(Self { lanes, ..self })
     }
 
+    /// Whether passes are computed in waves.
+    pub fn makes_waves(&self) -> bool {
+        self.waves().is_some() && self.keep.is_none()
+    }
+
     /// The lanes in which passes are computed; `None` where they go path by path.
     pub(super) fn waves(&self) -> Option<Instructions> {
         let plain = self.layers.is_none() && self.alpha_sums.is_none();
         let lanes = !matches!(self.lanes, Instructions::Portable);
-        (plain && lanes && self.makes_waves.is_some()).then_some(self.lanes)
+        (plain && lanes && self.way.is_some()).then_some(self.lanes)
     }
 
     /// One pass, with a wave for each tile.
     pub(super) fn pass_in_waves(&self, lanes: Instructions, half: Half) {
         let image = PaddedImage { sensor: self.scene.camera.sensor(), side: PaddedImage::TILE_OF_WAVES };
-        let from_camera = self.makes_waves == Some(Transport::Radiance);
+        let from_camera = self.way == Some(Transport::Radiance);
+        self.scene.prepare_waves();
         image.tiles().into_par_iter().for_each_init(
             || (Starts::default(), Wave::new(), TileSums::default()),
             |(starts, wave, sums), tile| {
@@ -78,7 +84,8 @@ impl<'a> Renderer<'a> {
                     let serves_crop = self.serves_crop(pixel);
                     samples += u64::from(serves_crop);
                     // Light lands anywhere, wherever it is numbered.
-                    if if from_camera { serves_crop } else { pixel.is_inside(image.sensor) } {
+                    let starts_here = if from_camera { serves_crop } else { pixel.is_inside(image.sensor) };
+                    if starts_here {
                         starts.push(pixel.corner(), pixel.key());
                     }
                 }
@@ -122,7 +129,7 @@ impl<'a> Renderer<'a> {
 
     #[inline(always)]
     fn wave<L: Lanes>(&self, lanes: L, starts: &mut Starts, wave: &mut Wave, sink: &mut TaskSink) {
-        let Some(transport) = self.makes_waves else { return };
+        let Some(transport) = self.way else { return };
         let numbers = (transport, self.settings.sampler, self.settings.seed, self.passes.end);
         self.integrator.estimate_in_waves(lanes, self.scene, numbers, starts, wave, sink);
     }

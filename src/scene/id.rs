@@ -16,7 +16,7 @@ impl LightId {
         Self(NonZeroU32::MIN.saturating_add(index))
     }
 
-    /// The light before that of this index; none before the first.
+    /// What has this [`Self::successor`].
     #[inline(always)]
     pub fn of_successor(index: u32) -> Option<Self> {
         NonZeroU32::new(index).map(Self)

@@ -23,21 +23,32 @@ use crate::{
 /// the world.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Records {
-    /// The corners p, q and r, N_g, and in the last place of each four the material, the light (or 0), and the
-    /// [kind](PLAIN).
+    /// The corners p, q and r, and N_g; in the last place of each four the material, the light's successor,
+    /// [`NOT_PLAIN`], [`FLAT`] or [`SMOOTH`], and where a smooth one has its normals. Empty if no material is plain.
     triangles: Vec<Record>,
-    /// The normals of the corners of a smooth triangle in the same places; empty if all are flat.
+    /// The normals of the corners, in the same places.
     normals: Vec<Record>,
     /// The albedo and the emission.
     materials: Vec<Record>,
     lights: Option<FewLights>,
 }
 
-/// Kinds of triangles: of a material that is not plain, flat, smooth.
-const PLAIN: u32 = 1;
+/// What kind of triangle a record has.
+const NOT_PLAIN: u32 = 0;
+const FLAT: u32 = 1;
 const SMOOTH: u32 = 2;
+/// Where it says so.
+const KIND: usize = 11;
+
+/// So many smooth triangles are plain: more would take too much memory.
+const MOST_NORMALS: usize = 1 << 18;
 
 impl Scene {
+    /// Makes what waves load, if it is not there yet.
+    pub(crate) fn prepare_waves(&self) {
+        self.records();
+    }
+
     /// A point of a light that was [chosen](super::light::Lights::choose_next_event), with its density.
     #[inline(always)]
     pub(crate) fn on_chosen_light(&self, chosen: (LightId, f32, Remainder), u: Square) -> (Point, PdfArea) {
@@ -72,7 +83,7 @@ impl Scene {
 /// As many lights as a table in a register has entries: all are plain triangles, and chosen by power.
 #[derive(Clone, Debug)]
 pub(crate) struct FewLights {
-    /// Where the share of each begins among all choices: upper and lower words. Beyond the last one, nowhere.
+    /// Where the share of each begins among all choices: upper and lower words.
     begins: [[u32; FewLights::MOST]; 2],
     count: usize,
     triangles: [u32; FewLights::MOST],
@@ -109,7 +120,7 @@ impl FewLights {
         let low = last.select(lanes.splat_u(u32::MAX - 1), low);
         let mut index = lanes.splat_u(0);
         for i in 1..self.count {
-            let [begin, begin_low] = [self.begins[0][i], self.begins[1][i]].map(|word| lanes.splat_u(word));
+            let (begin, begin_low) = (lanes.splat_u(self.begins[0][i]), lanes.splat_u(self.begins[1][i]));
             let before = high.lt(begin) | (high.eq(begin) & low.lt(begin_low));
             index = before.select(index, lanes.splat_u(i as u32));
         }
@@ -123,24 +134,32 @@ impl Records {
             let opaque = material.maps.is_none() && material.alpha_mode == AlphaMode::Opaque;
             opaque && matches!(material.bsdf, Bsdf::Diffuse(_))
         };
+        let plain = |index: u32| {
+            let id = PrimitiveId::world(index);
+            is_plain(&materials[geometry.material(id).0 as usize]) && !geometry.may_be_hidden(id)
+        };
+        let count = if materials.iter().any(is_plain) { geometry.world_triangles() } else { 0 };
+        let smooth = |index: &u32| plain(*index) && geometry.world_normals(*index).is_some();
+        let smooth: Vec<u32> = (0..count).into_par_iter().filter(smooth).collect();
+        let smooth = if smooth.len() <= MOST_NORMALS { smooth } else { Vec::new() };
         let word = f32::from_bits;
         let triangle = |index: u32| {
             let id = PrimitiveId::world(index);
             let ([p, q, r], n) = geometry.world_triangle(index);
-            let material = geometry.material(id);
-            let smooth = geometry.world_normals(index).is_some();
-            let kind = u32::from(is_plain(&materials[material.0 as usize]) && !geometry.may_be_hidden(id))
-                * if smooth { SMOOTH } else { PLAIN };
-            let light = light_of.get(id).map_or(0, |light| light.index() as u32 + 1);
-            let rows = [p.extend(word(material.0)), q.extend(word(light)), r.extend(word(kind)), n.extend(0.0)];
-            record(rows.map(|row| row.to_array()))
+            let place = smooth.binary_search(&index);
+            let kind = match (plain(index), geometry.world_normals(index), place) {
+                (true, None, _) => FLAT,
+                (true, Some(_), Ok(_)) => SMOOTH,
+                _ => NOT_PLAIN,
+            };
+            let (light, place) = (LightId::successor(light_of.get(id)), place.unwrap_or(0) as u32);
+            let rows = [(p, geometry.material(id).0), (q, light), (r, kind), (n, place)];
+            record(rows.map(|(vector, last)| vector.extend(word(last)).to_array()))
         };
-        let normals = |index: u32| {
-            let [p, q, r] = geometry.world_normals(index).unwrap_or_default();
+        let normals = |index: &u32| {
+            let [p, q, r] = geometry.world_normals(*index).unwrap_or_default();
             record([p, q, r, Vec3::ZERO].map(|row| row.extend(0.0).to_array()))
         };
-        let count = geometry.world_triangles();
-        let smooth = (0..count).into_par_iter().any(|index| geometry.world_normals(index).is_some());
         let material = |material: &Material| {
             let albedo = if let Bsdf::Diffuse(Diffuse { albedo }) = material.bsdf { albedo } else { Rgb::ZERO };
             let rows = [albedo, material.emission].map(|rgb| Vec3::from(rgb).extend(0.0).to_array());
@@ -148,7 +167,7 @@ impl Records {
         };
         let mut records = Self {
             triangles: (0..count).into_par_iter().map(triangle).collect(),
-            normals: if smooth { (0..count).into_par_iter().map(normals).collect() } else { Vec::new() },
+            normals: smooth.par_iter().map(normals).collect(),
             materials: materials.iter().map(material).collect(),
             lights: None,
         };
@@ -159,9 +178,8 @@ impl Records {
     /// Whether a primitive is a plain triangle.
     #[inline(always)]
     fn is_plain(&self, primitive: PrimitiveId) -> bool {
-        let [instance, index] = primitive.words();
-        let kind = |triangle: &Record| triangle.0[11].to_bits();
-        instance == 0 && self.triangles.get(index as usize).is_some_and(|triangle| kind(triangle) != 0)
+        let plain = |triangle: &Record| triangle.0[KIND].to_bits() != NOT_PLAIN;
+        primitive.instance().is_none() && self.triangles.get(primitive.index() as usize).is_some_and(plain)
     }
 
     /// The points at the barycentric coordinates `b` of the triangles `index` in the lanes `which`, as
@@ -177,14 +195,14 @@ impl Records {
         let which = which & index.lt(lanes.splat_u(self.triangles.len() as u32));
         let index = which.select(index, lanes.splat_u(0));
         let t = lanes.records(&self.triangles, index);
-        let kind = t[11].to_bits();
-        let which = which & !kind.eq(lanes.splat_u(0));
+        let kind = t[KIND].to_bits();
+        let which = which & !kind.eq(lanes.splat_u(NOT_PLAIN));
         let corner = |i: usize| L::V::new(t[i], t[i + 1], t[i + 2]);
         let normal = corner(12);
         let (position, error) = surface_of([corner(0), corner(4), corner(8)], [b, c]);
         let smooth = which & kind.eq(lanes.splat_u(SMOOTH));
         let shading_normal =
-            if smooth.any() { self.shading_normals::<L>(smooth, index, [b, c], normal) } else { normal };
+            if smooth.any() { self.shading_normals::<L>(smooth, t[15].to_bits(), [b, c], normal) } else { normal };
         let material = t[3].to_bits();
         let m = lanes.records(&self.materials, which.select(material, lanes.splat_u(0)));
         let (light, material, index) = (t[7].to_bits().all(), material.all(), index.all());
@@ -209,10 +227,11 @@ impl Records {
 
     /// N_s of the smooth triangles.
     #[inline(always)]
-    fn shading_normals<L: Lanes>(&self, smooth: L::M, index: L::U, [b, c]: [L::F; 2], normal: L::V) -> L::V {
+    fn shading_normals<L: Lanes>(&self, smooth: L::M, place: L::U, [b, c]: [L::F; 2], normal: L::V) -> L::V {
         let lanes = b.lanes();
+        let place = smooth.select(place, lanes.splat_u(0));
         let (zero, one) = (lanes.splat(0.0), lanes.splat(1.0));
-        let t = lanes.records(&self.normals, index);
+        let t = lanes.records(&self.normals, place);
         let corner = |i: usize| L::V::new(t[i], t[i + 1], t[i + 2]);
         let interpolated = corner(0) * (one - b - c) + corner(4) * b + corner(8) * c;
         let reciprocal = one / interpolated.dot(interpolated).sqrt();

@@ -46,11 +46,14 @@ impl Integrator {
             inside.clear();
             inside.resize(starts.len, start);
         }
+        let [nothing, _] = PrimitiveId::NONE.words();
+        let nothing = lanes.splat_u(nothing);
         for i in (0..starts.len).step_by(L::N) {
             let corner = [lanes.load(&starts.corners[0][i..]), lanes.load(&starts.corners[1][i..])];
             let key = lanes.load_u(&starts.keys[i..]);
-            let kept = [Stream::Camera, Stream::Connection].map(|s| Numbers::<L>::keep(kind, seed, key, sample, s));
-            let mut numbers = stage.numbers(kept[0], Stream::Camera, 0);
+            let kept = Numbers::<L>::keep(kind, seed, key, sample, Stream::Camera);
+            let kept_for_connections = Numbers::<L>::keep(kind, seed, key, sample, Stream::Connection);
+            let mut numbers = stage.numbers(kept, Stream::Camera, 0);
             numbers.start(Block::START);
             let [x, y] = numbers.next_two();
             let raster = [corner[0] + x, corner[1] + y];
@@ -59,7 +62,6 @@ impl Integrator {
             let seen = camera.look_in_lanes(&lens, direction);
             let beta = (seen.we * lens.normal.dot(direction) / seen.pdf.0) * beta;
             let beta = Rgb::of(L::V::new(beta, beta, beta));
-            let [[scramble, index], [connection, _]] = kept;
             let walk = Walk::<L> {
                 departure: Departure {
                     origin: lens.position,
@@ -71,11 +73,11 @@ impl Integrator {
                 whole: beta.max_element(),
                 position: lens.position,
                 normal: lens.normal,
-                primitive: PrimitiveId::NONE.words().map(|word| lanes.splat_u(word)),
+                primitive: [nothing; 2],
                 flags: lanes.splat_u(if outside { 0 } else { INSIDE }),
                 raster,
-                scrambles: [scramble, connection],
-                index,
+                scrambles: [kept[0], kept_for_connections[0]],
+                index: kept[1],
                 number: lanes.whole_numbers(|k| (i + k) as u32),
             };
             walks.push(&walk, seen.some & lanes.first(starts.len - i));
@@ -105,7 +107,7 @@ impl Integrator {
         let contribution = joint.contribution(here.beta, None);
         let value = contribution.times(self.share(stage, strategy, walk, &joint, here, (end, here.pdf_fwd)));
         let value = value.channels().all();
-        let [x, y] = walk.raster.map(Float::all);
+        let (x, y) = (walk.raster[0].all(), walk.raster[1].all());
         for k in (lights & !contribution.is_black()).lanes() {
             for _ in 0..times {
                 deposit(sink, strategy, [x[k], y[k]], Rgb::from_array(value[k]));
@@ -163,7 +165,7 @@ impl Integrator {
     ) {
         let Stage { lanes, scene, .. } = stage;
         let receivers = Receiver::all(&here.vertex.point);
-        let ([high, low], [u, v]) = ([high.all(), low.all()], square.0.map(Unsigned::all));
+        let (high, low, u, v) = (high.all(), low.all(), square.0[0].all(), square.0[1].all());
         let (mut ends, mut density, mut some) = ([Point::nowhere(Vec3::ZERO); MOST], [1.0; MOST], 0);
         for k in which.lanes() {
             let choice = Choice::of_words(high[k], low[k]);

@@ -168,8 +168,9 @@ fn sample_emissions<L: Lanes>(stage: Stage<'_, L>, kept: [L::U; 2], which: L::M)
     let mut numbers = stage.numbers(kept, Stream::Light, 0);
     numbers.start(Block::START);
     let (square, direction) = (numbers.next_square(), numbers.next_two());
-    let [high, low] = numbers.next_choice_words().map(Unsigned::all);
-    let ([u, v], [x, y]) = (square.0.map(Unsigned::all), direction.map(Float::all));
+    let [high, low] = numbers.next_choice_words();
+    let (high, low, u, v) = (high.all(), low.all(), square.0[0].all(), square.0[1].all());
+    let (x, y) = (direction[0].all(), direction[1].all());
     let mut emissions = Emissions { of_lane: [Emission::nowhere(); MOST], some: 0 };
     for k in which.lanes() {
         let (choice, square) = (Choice::of_words(high[k], low[k]), Square([u[k], v[k]]));

@@ -16,7 +16,7 @@ use super::Integrator;
 use crate::{
     lanes::{Float, Lanes, MOST, Mask, Select, Unsigned, Vector},
     math::Rgb,
-    path::{Rivals, Rules, Step, Strategy},
+    path::{Rivals, Rules, Step, Strategy, Techniques},
     sampling::{Block, Chance, Numbers, Sampler, SamplerKind, Stream},
     scene::{
         Scene,
@@ -127,6 +127,9 @@ impl Default for Wave {
     }
 }
 
+/// The most connections of a vertex, for whose rays the queues of a wave have room.
+const MOST_CONNECTIONS: u32 = 16;
+
 /// Where all paths of a wave are, and how they go on from there.
 #[derive(Clone, Copy)]
 struct Stage<'a, L> {
@@ -180,20 +183,27 @@ impl Integrator {
     /// done path by path then, with the same result.
     pub fn makes_waves(&self, scene: &Scene, kind: SamplerKind) -> Option<Transport> {
         let plain = self.rivals.is_some()
-            && self.evaluated.area() == 0
             && self.evaluated.splits() == 1
             && self.evaluated.light_paths() == 1
             && self.connections.is_none()
             && !(scene.camera.has_aperture() || scene.camera.is_orthographic())
             && scene.is_all_there()
             && scene.absorbing_media().is_none();
-        // A walk from the camera takes a number for its connections at some vertices only.
-        let from_camera = kind == SamplerKind::Sobol && self.evaluated.strategies().all(|x| x.s <= 1 && x.t >= 2);
-        let from_light = self.evaluated.strategies().all(|x| x.t == 1);
-        match plain && self.evaluated.strategies().next().is_some() {
-            true if from_camera => Some(Transport::Radiance),
-            true if from_light => Some(Transport::Importance),
-            _ => None,
+        // The table that weighs may be larger: a weight then sees vertices that a wave has forgotten.
+        let [evaluated, weighed] = [&self.evaluated, &self.weighed];
+        let all = |such: fn(Strategy) -> bool| {
+            let alone = |table: &Techniques| table.area() == 0 && table.strategies().all(such);
+            plain && evaluated.strategies().next().is_some() && alone(evaluated) && alone(weighed)
+        };
+        let samples = scene.lights().next_event_samples();
+        let most = evaluated.strategies().map(|x| evaluated.multiplicity(x) * if x.s == 1 { samples } else { 1 }).max();
+        if most.is_none_or(|most| most > MOST_CONNECTIONS) {
+            None
+        } else if kind == SamplerKind::Sobol && all(|x| x.s <= 1 && x.t >= 2) {
+            // (Independent numbers would have to be counted: such a walk takes some at certain vertices only.)
+            Some(Transport::Radiance)
+        } else {
+            all(|x| x.t == 1).then_some(Transport::Importance)
         }
     }
 

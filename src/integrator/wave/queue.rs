@@ -71,7 +71,8 @@ impl<const F: usize, const U: usize> Columns<F, U> {
 
     /// The first `N` columns of numbers from the `from`-th on.
     fn vectors(&self, from: usize) -> [&[f32]; 3] {
-        [from, from + 1, from + 2].map(|i| &self.numbers[i][..self.len])
+        let [x, y, z] = [&self.numbers[from], &self.numbers[from + 1], &self.numbers[from + 2]];
+        [&x[..self.len], &y[..self.len], &z[..self.len]]
     }
 
     fn primitive(&self, from: usize, at: usize) -> PrimitiveId {
