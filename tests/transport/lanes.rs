@@ -4,13 +4,15 @@ use std::path::Path;
 
 use glam::Vec3;
 use pathspace::{
-    film::{ExactSum, Half},
-    integrator::IntegratorKind,
+    film::{Crop, ExactSum, Half},
+    integrator::{IntegratorKind, Weighting},
     math::Rgb,
+    path::{Roulette, Strategy},
     render::{Renderer, Settings, Statistics, Width},
     sampling::{Filter, SamplerKind},
     scene::{
         Scene,
+        bsdf::Directions,
         camera::{Camera, Sensor},
         geometry::Geometry,
         light::{Light, LightChoice},
@@ -20,25 +22,39 @@ use pathspace::{
 
 use crate::scenes;
 
-/// Every sum of a film of three passes, with what was counted; `None` if the processor has no such lanes.
-fn film(scene: &Scene, settings: &Settings, width: Width) -> Option<(Vec<ExactSum>, Statistics)> {
+/// Every sum of a film of three passes, with what was counted and whether by waves; `None` if the processor has no such
+/// lanes.
+fn film(scene: &Scene, settings: &Settings, width: Width) -> Option<(Vec<ExactSum>, Statistics, bool)> {
     let mut renderer = Renderer::new(scene, settings).with_width(width)?;
     (0..3).for_each(|_| renderer.pass());
     let film = renderer.film();
     let halves = [Half::Even, Half::Odd].into_iter();
     let pixels = halves.flat_map(|half| (0..film.pixels()).map(move |pixel| (half, pixel)));
     let sums = pixels.flat_map(|(half, pixel)| [0, 1, 2].map(|channel| film.sum(half, pixel, channel)));
-    Some((sums.collect(), renderer.statistics()))
+    Some((sums.collect(), renderer.statistics(), renderer.makes_waves()))
 }
 
-fn assert_widths_do_not_matter(name: &str, scene: &Scene, settings: &Settings) {
-    let one = film(scene, settings, Width::One).expect("one lane");
+/// Whether there are waves: films of one path at a time and of any lanes must be the same in any case.
+fn widths_do_not_matter(name: &str, scene: &Scene, settings: &Settings) -> bool {
+    let (sums, counts, waves) = film(scene, settings, Width::One).expect("one lane");
+    assert!(!waves);
+    let mut waves = false;
     for width in [Width::Eight, Width::Sixteen] {
         match film(scene, settings, width) {
-            Some(film) => assert!(film == one, "{name}, {}: {width:?} lanes", settings.integrator),
+            Some(film) => {
+                assert!(film.0 == sums && film.1 == counts, "{name}, {}: {width:?} lanes", settings.integrator);
+                waves = film.2;
+            }
             None => eprintln!("SKIPPED: this processor has no {width:?} lanes"),
         }
     }
+    waves
+}
+
+/// Holds films to each other that waves make, where the processor has lanes for them.
+fn assert_waves_do_not_matter(name: &str, scene: &Scene, settings: &Settings) {
+    let has_lanes = Renderer::new(scene, settings).with_width(Width::Eight).is_some();
+    assert_eq!(widths_do_not_matter(name, scene, settings), has_lanes, "{name}, {}", settings.integrator);
 }
 
 /// Not a multiple of a tile, nor of a group of lanes.
@@ -49,8 +65,9 @@ fn settings(integrator: IntegratorKind) -> Settings {
     Settings { integrator, sampler: SamplerKind::Sobol, roulette, ..Settings::new(SENSOR) }
 }
 
-/// Without a volume, so that waves go everywhere: Lambertians, flat and smooth, a mirror, and lamps of unlike sizes.
-fn plain(sensor: Sensor) -> Scene {
+/// Without a volume, so that waves go everywhere: Lambertians, flat and smooth, a mirror, lamps of unlike sizes, of two
+/// lights each, and perhaps a sky.
+fn plain(sensor: Sensor, lamps: usize, sky: &[Light]) -> Scene {
     let mut two_sided = Material::diffuse("two-sided", Rgb::splat(0.4)).emitting(Rgb::new(1.0, 1.5, 2.0));
     two_sided.emission_sides = EmissionSides::Both;
     let materials = vec![
@@ -63,7 +80,9 @@ fn plain(sensor: Sensor) -> Scene {
     let v = Vec3::new;
     scenes::quad(&mut g, [v(-1.0, -1.0, -1.0), v(-1.0, -1.0, 1.0), v(1.0, -1.0, 1.0), v(1.0, -1.0, -1.0)], 0);
     scenes::quad(&mut g, [v(-1.0, -1.0, -1.0), v(1.0, -1.0, -1.0), v(1.0, 0.6, -1.0), v(-1.0, 0.6, -1.0)], 0);
-    for (x, half, material) in [(-0.6, 0.05, 2), (0.0, 0.3, 2), (0.7, 0.1, 3)] {
+    for i in 0..lamps {
+        let x = -0.9 + 1.8 * i as f32 / lamps as f32;
+        let (half, material) = (0.02 + 0.1 * (i % 3) as f32, if i % 4 == 2 { 3 } else { 2 });
         let corner = |dx: f32, dz: f32| v(x + dx * half, 0.7, dz * half);
         scenes::quad(&mut g, [corner(-1., -1.), corner(1., -1.), corner(1., 1.), corner(-1., 1.)], material);
     }
@@ -73,7 +92,11 @@ fn plain(sensor: Sensor) -> Scene {
     g.add_triangles(&positions, Some(&normals), &[[0, 4, 1], [1, 4, 2], [2, 4, 3], [3, 4, 0]], MaterialId(0));
     g.add_sphere(v(0.45, -0.6, -0.4), 0.4, MaterialId(1));
     let camera = Camera::look_at(v(0.1, 0.2, 1.8), v(0.0, -0.4, -1.0), Vec3::Y, 0.9, sensor);
-    Scene::new(g, materials, &[Light::Environment { radiance: Rgb::new(0.2, 0.3, 0.5) }], camera)
+    Scene::new(g, materials, sky, camera)
+}
+
+fn sky() -> [Light; 1] {
+    [Light::Environment { radiance: Rgb::new(0.2, 0.3, 0.5) }]
 }
 
 #[test]
@@ -82,12 +105,15 @@ fn any_number_of_lanes_gives_the_same_bytes() {
     let files = std::fs::read_dir(folder).expect("the scenes").map(|entry| entry.expect("an entry").path());
     let files: Vec<_> = files.filter(|path| path.extension().is_some_and(|e| e == "glb")).collect();
     assert!(files.len() > 10);
+    let mut waves = 0;
     for file in files {
         let scene = scenes::load_file(&file, SENSOR);
         for integrator in IntegratorKind::ALL {
-            assert_widths_do_not_matter(&file.display().to_string(), &scene, &settings(integrator));
+            let name = file.display().to_string();
+            waves += u32::from(widths_do_not_matter(&name, &scene, &settings(integrator)));
         }
     }
+    println!("{waves} films were made by waves");
 }
 
 #[test]
@@ -96,9 +122,6 @@ fn whatever_is_in_the_scene() {
     let lamp = Light::Point { position: Vec3::new(0.5, 1.5, 0.5), intensity: Rgb::splat(3.0) };
     let lights = [sun, lamp]; // and the courtyard's sky
     let all = [
-        ("plain", plain(SENSOR)),
-        ("plain by tree", plain(SENSOR).choosing_lights(LightChoice::Tree)),
-        ("plain, each light", plain(SENSOR).choosing_lights(LightChoice::All)),
         ("zoo", scenes::zoo(SENSOR)),
         ("open zoo", scenes::open_zoo(SENSOR)),
         ("veiled", scenes::veiled(SENSOR)),
@@ -109,8 +132,49 @@ fn whatever_is_in_the_scene() {
     ];
     for (name, scene) in &all {
         for integrator in IntegratorKind::ALL {
-            assert_widths_do_not_matter(name, scene, &settings(integrator));
+            widths_do_not_matter(name, scene, &settings(integrator));
         }
+    }
+    let choices = [LightChoice::Power, LightChoice::Uniform, LightChoice::Tree, LightChoice::All];
+    for choice in choices {
+        // As many lights as a register has, one pair more, and none.
+        for (name, lamps) in [("three lamps", 3), ("sixteen lights", 8), ("eighteen lights", 9), ("a sky alone", 0)] {
+            for sky in [&sky()[..], &[]] {
+                let scene = plain(SENSOR, lamps, sky).choosing_lights(choice);
+                let many = choice == LightChoice::All && 2 * lamps + sky.len() > 16;
+                for integrator in [IntegratorKind::Path, IntegratorKind::Light] {
+                    if many || (lamps == 0 && sky.is_empty()) {
+                        widths_do_not_matter(name, &scene, &settings(integrator));
+                    } else {
+                        assert_waves_do_not_matter(name, &scene, &settings(integrator));
+                    }
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn a_table_that_weighs_by_more_than_a_wave_knows() {
+    let scene = plain(SENSOR, 3, &[]);
+    for integrator in [IntegratorKind::Path, IntegratorKind::Light, IntegratorKind::Hybrid, IntegratorKind::Bdpt] {
+        for (s, t) in [(0, 3), (1, 2), (1, 3), (1, 4), (2, 1), (3, 1)] {
+            for weighting in [Weighting::Weighted, Weighting::Unweighted] {
+                let only = Some((Strategy { s, t }, weighting));
+                let settings = Settings { only, ..settings(integrator) };
+                widths_do_not_matter(&format!("({s},{t}) {weighting:?}"), &scene, &settings);
+            }
+        }
+    }
+}
+
+#[test]
+fn threads_that_wait_for_each_other() {
+    // Enough triangles for what waves load to be divided among threads.
+    let scene = scenes::load_file(&Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/caustic-sphere.glb"), SENSOR);
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(16).build().unwrap();
+    for integrator in [IntegratorKind::Path, IntegratorKind::Light] {
+        pool.install(|| assert_waves_do_not_matter("sixteen threads", &scene, &settings(integrator)));
     }
 }
 
@@ -118,21 +182,29 @@ fn whatever_is_in_the_scene() {
 fn whatever_the_render_is_asked_for() {
     let filter = Filter::BlackmanHarris;
     let padded = Sensor { padding: filter.padding(), ..SENSOR };
-    let all = [("plain", plain(padded)), ("open zoo", scenes::open_zoo(padded))];
-    let plain = Settings { sampler: SamplerKind::Sobol, ..Settings::new(padded) };
-    for integrator in [IntegratorKind::Path, IntegratorKind::PathHemisphere] {
-        let plain = Settings { integrator, filter, ..plain.clone() };
-        let crop = pathspace::film::Crop { x0: 9, y0: 17, x1: 30, y1: 37 };
+    let scene = plain(padded, 3, &sky());
+    let crop = Crop { x0: 9, y0: 17, x1: 30, y1: 37 };
+    for (integrator, sampler) in [
+        (IntegratorKind::Path, SamplerKind::Sobol),
+        (IntegratorKind::PathHemisphere, SamplerKind::Sobol),
+        (IntegratorKind::Light, SamplerKind::Sobol),
+        (IntegratorKind::Light, SamplerKind::Independent),
+    ] {
+        let plain = Settings { integrator, sampler, filter, ..Settings::new(padded) };
         for settings in [
             plain.clone(),
             Settings { crop, ..plain.clone() },
             Settings { light_samples: 3, ..plain.clone() },
             Settings { max_depth: 3, min_depth: 2, clamp: Some(0.5), ..plain.clone() },
-            Settings { roulette: pathspace::path::Roulette::ByThroughput(2), ..plain.clone() },
-            Settings { hemisphere: pathspace::scene::bsdf::Directions::Uniform, seed: 9, ..plain.clone() },
+            Settings { max_depth: 1, ..plain.clone() },
+            Settings { max_depth: 2, filter: Filter::Box, ..plain.clone() },
+            Settings { roulette: Roulette::ByThroughput(2), ..plain.clone() },
+            Settings { hemisphere: Directions::Uniform, seed: 9, ..plain.clone() },
         ] {
-            for (name, scene) in &all {
-                assert_widths_do_not_matter(name, scene, &settings);
+            if settings.max_depth == 1 {
+                widths_do_not_matter("one edge", &scene, &settings);
+            } else {
+                assert_waves_do_not_matter("plain", &scene, &settings);
             }
         }
     }
