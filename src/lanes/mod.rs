@@ -367,12 +367,6 @@ pub trait Vector:
         }
         vectors
     }
-    /// What one lane has: that of the number `k` modulo N.
-    #[inline(always)]
-    fn lane(self, k: usize) -> [f32; 3] {
-        let ([x, y, z], k) = (self.coordinates(), k as u32);
-        [x.lane(k), y.lane(k), z.lane(k)]
-    }
     /// From its coordinates.
     fn new(x: Self::F, y: Self::F, z: Self::F) -> Self;
     /// Its coordinates.

@@ -144,14 +144,6 @@ impl<V: Vector> Rgb<V> {
         self.0
     }
 
-    /// That of the lane `k`.
-    #[inline(always)]
-    pub fn lane(self, k: usize) -> Rgb {
-        let [r, g, b] = self.0.coordinates();
-        let k = k as u32;
-        Rgb::new(r.lane(k), g.lane(k), b.lane(k))
-    }
-
     /// The same, so many times as bright.
     #[inline(always)]
     #[must_use]

@@ -71,27 +71,27 @@ impl<L: Lanes, B: Surfaces<L>> Step<L, B> {
         let (forward, reverse) = sample.scatter.forward_reverse(transport);
         let cos = p.normal.dot(sample.direction).abs();
         let ratio = sample.scatter.f.times(cos / forward.0);
-        // Radiance shrinks by η² on entering a medium and grows again on leaving it: no reason to stop inside.
-        let radiance_scale = || match transport {
-            Transport::Radiance => {
-                let (to_camera, to_light) = transport.sides(known, sample.direction);
-                let eta = B::relative_ior_at(p, to_camera, to_light);
-                eta * eta
-            }
-            Transport::Importance => lanes.splat(1.0),
+        // No closures from here on: what they do may be called instead of compiled for the lanes.
+        let plays = match roulette {
+            Roulette::Off => false,
+            Roulette::FromDepth(depth) | Roulette::ByThroughput(depth) => edges >= depth,
         };
+        // Radiance shrinks by η² on entering a medium and grows again on leaving it: no reason to stop inside.
+        let mut scale = lanes.splat(1.0);
+        if transport == Transport::Radiance && (plays || matches!(roulette, Roulette::ByThroughput(_))) {
+            let (to_camera, to_light) = transport.sides(known, sample.direction);
+            let eta = B::relative_ior_at(p, to_camera, to_light);
+            scale = eta * eta;
+        }
         let kept = match roulette {
-            Roulette::Off => None,
-            Roulette::FromDepth(depth) => (edges >= depth).then(|| ratio.max_element() * radiance_scale()),
-            Roulette::ByThroughput(depth) => {
-                whole = whole / radiance_scale();
-                (edges >= depth).then(|| (self.beta * ratio).max_element() / whole)
+            Roulette::Off | Roulette::FromDepth(_) => ratio.max_element() * scale,
+            Roulette::ByThroughput(_) => {
+                whole = whole / scale;
+                (self.beta * ratio).max_element() / whole
             }
         };
         let (mut survival, mut goes_on) = (self.survival, sample.some);
-        if let Some(kept) = kept
-            && goes_on.any()
-        {
+        if plays && goes_on.any() {
             // A ratio that is NaN gives q = 0.95, for `min` passes over it: the walk goes on and the film counts it.
             let q = kept.min(lanes.splat(Roulette::SUREST));
             goes_on = goes_on & survive.falls_below(q);

@@ -110,8 +110,11 @@ impl<L: Lanes> Joint<L> {
     /// none for s = 0). With V = 1 until a ray has found it.
     #[inline(always)]
     pub fn contribution(&self, camera: Rgb<L::V>, light: Option<Rgb<L::V>>) -> Rgb<L::V> {
-        let value = camera * self.value;
-        light.map_or(value, |light| value * light).times(self.visibility)
+        let mut value = camera * self.value;
+        if let Some(light) = light {
+            value = value * light;
+        }
+        value.times(self.visibility)
     }
 }
 

@@ -194,6 +194,17 @@ fn sample_diffuse<L: Lanes, B>(
     Sampled { direction, lobe, is_delta: none, scatter, some, lost_to_sides: none }
 }
 
+/// One lane's, out of line: a copy in each place where lanes ask would make the core several times as large.
+#[inline(never)]
+fn scatter_alone(at: &Point, lobe: Lobe, to_camera: Vec3, to_light: Vec3) -> Scatter {
+    Bsdf::scatter_at(at, lobe, to_camera, to_light)
+}
+
+#[inline(never)]
+fn sample_alone(at: &Point, directions: Directions, known: Vec3, transport: Transport, u: [f32; 3]) -> Sampled {
+    Bsdf::sample_at(at, directions, known, transport, u)
+}
+
 /// [`Surfaces::scatter_at`] lane by lane.
 #[inline(always)]
 fn scatter_each<L: Lanes>(at: &Point<L, Bsdfs<L>>, lobe: Lobe, to_camera: L::V, to_light: L::V) -> Scatter<L> {
@@ -201,7 +212,7 @@ fn scatter_each<L: Lanes>(at: &Point<L, Bsdfs<L>>, lobe: Lobe, to_camera: L::V, 
     let (to_camera, to_light) = (to_camera.all(), to_light.all());
     let mut each = [Scatter::ZERO; MOST];
     for (k, point) in at.each(at.bsdf.which(lanes)) {
-        each[k] = Bsdf::scatter_at(&point, lobe, to_camera[k].into(), to_light[k].into());
+        each[k] = scatter_alone(&point, lobe, to_camera[k].into(), to_light[k].into());
     }
     scatter_of_each(lanes, |k| each[k])
 }
@@ -219,7 +230,7 @@ fn sample_each<L: Lanes>(
     let (known, u) = (known.all(), L::V::new(u[0], u[1], u[2]).all());
     let mut each = [Sampled::NOTHING; MOST];
     for (k, point) in at.each(at.bsdf.which(lanes)) {
-        each[k] = Bsdf::sample_at(&point, directions, known[k].into(), transport, u[k]);
+        each[k] = sample_alone(&point, directions, known[k].into(), transport, u[k]);
     }
     Sampled {
         direction: lanes.vectors(|k| each[k].direction.to_array()),

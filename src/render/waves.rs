@@ -1,5 +1,10 @@
 //! Passes in waves: many paths at once, in as many lanes as the processor has.
 
+#[cfg(target_arch = "x86_64")]
+mod avx2;
+#[cfg(target_arch = "x86_64")]
+mod avx512;
+
 use rayon::prelude::*;
 
 use super::{
@@ -8,8 +13,6 @@ use super::{
     padded::PaddedImage,
     statistics::Rays,
 };
-#[cfg(target_arch = "x86_64")]
-use crate::lanes::{Eight, Sixteen};
 use crate::{
     film::{Half, TileSums},
     integrator::{Starts, Wave},
@@ -113,18 +116,6 @@ impl<'a> Renderer<'a> {
                 }
             },
         );
-    }
-
-    #[cfg(target_arch = "x86_64")]
-    #[target_feature(enable = "avx2,bmi1,bmi2,lzcnt,popcnt")]
-    fn wave_avx2(&self, lanes: Eight, starts: &mut Starts, wave: &mut Wave, sink: &mut TaskSink) {
-        self.wave(lanes, starts, wave, sink);
-    }
-
-    #[cfg(target_arch = "x86_64")]
-    #[target_feature(enable = "avx512f,avx512vl,avx512dq,avx512bw,avx512cd,avx2,bmi1,bmi2,lzcnt,popcnt")]
-    fn wave_avx512(&self, lanes: Sixteen, starts: &mut Starts, wave: &mut Wave, sink: &mut TaskSink) {
-        self.wave(lanes, starts, wave, sink);
     }
 
     #[inline(always)]

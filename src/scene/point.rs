@@ -204,6 +204,7 @@ impl<L: Lanes> Point<L, Bsdfs<L>> {
     pub fn each(&self, which: L::M) -> impl Iterator<Item = (usize, Point)> {
         let (position, normal, shading_normal) = (self.position.all(), self.normal.all(), self.shading_normal.all());
         let (error, alpha, emission) = (self.error.all(), self.alpha.all(), self.emission.channels().all());
+        let bsdf = self.bsdf.all();
         which.lanes().map(move |k| {
             let point = Point {
                 position: position[k].into(),
@@ -216,7 +217,7 @@ impl<L: Lanes> Point<L, Bsdfs<L>> {
                 media: [L::lane(&self.media[0], k), L::lane(&self.media[1], k)],
                 light: L::lane(&self.light, k),
                 alpha: alpha[k],
-                bsdf: self.bsdf.lane(k),
+                bsdf: bsdf(k),
                 emission: Rgb::from_array(emission[k]),
                 barycentric: L::lane(&self.barycentric, k),
             };
@@ -242,12 +243,11 @@ impl<L: Lanes, B> Point<L, B> {
         let slack = (self.error + other.error) * 1.75;
         let finite = |place| matches!(place, Place::Surface | Place::Degenerate);
         let both_finite = finite(self.place) && finite(other.place);
-        let in_plane = |n: L::V, place| {
-            let lanes = slack.lanes();
-            let has_plane = lanes.mask(if both_finite && place == Place::Surface { u32::MAX } else { 0 });
-            has_plane & n.dot(to).abs().le(slack)
-        };
-        in_plane(self.normal, self.place) | in_plane(other.normal, other.place)
+        let lanes = slack.lanes();
+        let [own, others] = [self.place, other.place];
+        let has_plane = |place| if both_finite && place == Place::Surface { u32::MAX } else { 0 };
+        let (own, others) = (lanes.mask(has_plane(own)), lanes.mask(has_plane(others)));
+        own & self.normal.dot(to).abs().le(slack) | others & other.normal.dot(to).abs().le(slack)
     }
 
     /// Whether it lies on a light.

@@ -8,7 +8,7 @@ use super::{
     bsdf::{Bsdf, Bsdfs, Diffuse},
     geometry::{Geometry, PrimitiveId, STEEPEST, lifted, surface_of},
     id::{LightId, MediumId},
-    light::Lights,
+    light::{Lights, Receiver},
     light_index::LightIndex,
     material::{AlphaMode, Material, MaterialId},
     point::{Place, Point},
@@ -16,7 +16,7 @@ use super::{
 use crate::{
     lanes::{Float, Lanes, Mask, Record, Select, Unsigned, Vector},
     math::Rgb,
-    sampling::{PdfArea, Remainder, Square},
+    sampling::{Choice, PdfArea, Square},
 };
 
 /// The world's triangles and all materials, as far as both are plain: opaque Lambertians without maps on triangles of
@@ -49,10 +49,18 @@ impl Scene {
         self.records();
     }
 
-    /// A point of a light that was [chosen](super::light::Lights::choose_next_event), with its density.
-    #[inline(always)]
-    pub(crate) fn on_chosen_light(&self, chosen: (LightId, f32, Remainder), u: Square) -> (Point, PdfArea) {
-        self.lights.on_chosen(&self.geometry, &self.materials, chosen, u)
+    /// [`Self::sample_next_event`] of what receives light, out of line: for one lane of many.
+    #[inline(never)]
+    pub(crate) fn sample_light(
+        &self,
+        from: &Receiver,
+        u: Square,
+        choice: Choice,
+        nth: u32,
+    ) -> Option<(Point, PdfArea)> {
+        let chosen = self.lights.choose_next_event(|| *from, choice, nth)?;
+        let (point, pdf) = self.lights.on_chosen(&self.geometry, &self.materials, chosen, u);
+        (pdf > PdfArea::ZERO).then_some((point, pdf))
     }
 
     /// The points at the barycentric coordinates `b` of the world's primitives `index` in the lanes `which`, as

@@ -138,48 +138,11 @@ impl Integrator {
             let mut numbers = stage.numbers([walk.scrambles[1], walk.index], Stream::Connection, 0);
             numbers.start(Block::repeated(t - 2, n));
             let (square, choice) = (numbers.next_square(), numbers.next_choice_words());
-            if let Some(lights) = scene.few_lights() {
-                let (triangle, density) = lights.choose(choice);
-                let (point, plain) = scene.plain_points(lanes, which, triangle, warp::triangle(square.coordinates()));
-                let end = Step::next_event(point, PdfArea(density));
-                let some = which & plain & lanes.splat(0.0).lt(density);
-                self.next_event(stage, walk, [here, &end], some, connections, sink);
-            } else {
-                self.connect_each(stage, walk, here, which, (square, choice, n % of_each), connections, sink);
-            }
-        }
-    }
-
-    /// The same where the light of each lane may be of any kind.
-    #[inline(always)]
-    #[expect(clippy::too_many_arguments, reason = "what next-event estimation takes")]
-    fn connect_each<L: Lanes>(
-        &self,
-        stage: Stage<'_, L>,
-        walk: &Walk<L>,
-        here: &Step<L, Bsdfs<L>>,
-        which: L::M,
-        (square, [high, low], nth): (Square<L::U>, [L::U; 2], u32),
-        connections: &mut Connections,
-        sink: &mut impl WaveSink,
-    ) {
-        let Stage { lanes, scene, .. } = stage;
-        let receivers = Receiver::all(&here.vertex.point);
-        let (high, low, u, v) = (high.all(), low.all(), square.0[0].all(), square.0[1].all());
-        let (mut ends, mut density, mut some) = ([Point::nowhere(Vec3::ZERO); MOST], [1.0; MOST], 0);
-        for k in which.lanes() {
-            let choice = Choice::of_words(high[k], low[k]);
-            let Some(chosen) = scene.lights().choose_next_event(|| receivers(k), choice, nth) else { continue };
-            let (end, pdf) = scene.on_chosen_light(chosen, Square([u[k], v[k]]));
-            (ends[k], density[k]) = (end, pdf.0);
-            some |= u32::from(pdf > PdfArea::ZERO) << k;
-        }
-        let density = PdfArea(lanes.load(&density));
-        for place in [Place::Surface, Place::Degenerate, Place::Infinite] {
-            let which = lanes.condition(|k| some >> k & 1 == 1 && ends[k].place == place);
-            if which.any() {
-                let point = Point::of_each(lanes, which, place, |k| &ends[k]);
-                self.next_event(stage, walk, [here, &Step::next_event(point, density)], which, connections, sink);
+            let ends = Ends::sample(stage, here, which, (square, choice, n % of_each));
+            for place in [Place::Surface, Place::Degenerate, Place::Infinite] {
+                if let Some((end, which)) = ends.at(lanes, place) {
+                    self.next_event(stage, walk, [here, &end], which, connections, sink);
+                }
             }
         }
     }
@@ -239,5 +202,61 @@ impl Integrator {
             ends_are_directions: are_directions(&here.vertex.point, end),
         };
         around.weight(rivals, &self.weighed) / lanes.splat(self.weighed.count(strategy))
+    }
+}
+
+/// A vertex on a light in each lane.
+type LightStep<L> = Step<L, Bsdfs<L>>;
+
+/// What next-event estimation has sampled.
+#[expect(clippy::large_enum_variant, reason = "neither is kept, and the usual one is the smaller")]
+enum Ends<L: Lanes> {
+    /// Points of few lights, and where there is one.
+    Plain(LightStep<L>, L::M),
+    /// Points of any lights, their densities, and a bit for each lane that has one.
+    Any([Point; MOST], PdfArea<L::F>, u32),
+}
+
+impl<L: Lanes> Ends<L> {
+    /// A point of a light for each of the lanes `which`.
+    #[inline(always)]
+    fn sample(
+        Stage { lanes, scene, .. }: Stage<'_, L>,
+        here: &Step<L, Bsdfs<L>>,
+        which: L::M,
+        (square, [high, low], nth): (Square<L::U>, [L::U; 2], u32),
+    ) -> Self {
+        if let Some(lights) = scene.few_lights() {
+            let (triangle, density) = lights.choose([high, low]);
+            let (point, plain) = scene.plain_points(lanes, which, triangle, warp::triangle(square.coordinates()));
+            let some = which & plain & lanes.splat(0.0).lt(density);
+            return Self::Plain(Step::next_event(point, PdfArea(density)), some);
+        }
+        let receivers = Receiver::all(&here.vertex.point);
+        let (high, low, u, v) = (high.all(), low.all(), square.0[0].all(), square.0[1].all());
+        let (mut points, mut density, mut some) = ([Point::nowhere(Vec3::ZERO); MOST], [1.0; MOST], 0);
+        for k in which.lanes() {
+            let (choice, square) = (Choice::of_words(high[k], low[k]), Square([u[k], v[k]]));
+            if let Some((point, pdf)) = scene.sample_light(&receivers(k), square, choice, nth) {
+                (points[k], density[k]) = (point, pdf.0);
+                some |= 1 << k;
+            }
+        }
+        Self::Any(points, PdfArea(lanes.load(&density)), some)
+    }
+
+    /// Those that are such `place`s, and where there is one.
+    #[inline(always)]
+    fn at(&self, lanes: L, place: Place) -> Option<(LightStep<L>, L::M)> {
+        match self {
+            Self::Plain(end, some) => (place == Place::Surface && some.any()).then_some((*end, *some)),
+            Self::Any(points, density, some) => {
+                let which = lanes.condition(|k| some >> k & 1 == 1 && points[k].place == place);
+                if !which.any() {
+                    return None;
+                }
+                Some((Step::next_event(Point::of_each(lanes, which, place, |k| &points[k]), *density), which))
+            }
+        }
     }
 }

@@ -284,32 +284,25 @@ impl Integrator {
             let (in_world, index, b) = hits.places(lanes, i);
             let (point, plain) = scene.plain_points(lanes, met & in_world, index, b);
             let plain = plain & self.nothing_else(stage, walks, hits, i, plain);
-            if plain.any() {
-                self.arrive_at(stage, &walk, (plain, point), next, connections, inside, sink);
-            }
-            let others = met & !plain;
-            if others.any() {
-                let mut some = 0;
-                for k in others.lanes() {
-                    if let Some(point) = walks.arrive(scene, i + k, hits, inside) {
-                        points[k] = point;
-                        some |= 1 << k;
-                    }
+            // One call for all: each would be a copy of what it does.
+            let (mut which, mut point, mut met_others) = (plain, point, false);
+            loop {
+                if which.any() {
+                    self.arrive_at(stage, &walk, (which, &point), next, connections, inside, sink);
                 }
-                let others = lanes.mask(some);
-                met = plain | others;
-                let point = Point::of_each(lanes, others, Place::Surface, |k| &points[k]);
-                self.arrive_at(stage, &walk, (others, point), next, connections, inside, sink);
-            }
-            let missed = all & !met;
-            if missed.any() && stage.transport == Transport::Radiance && scene.lights().has_environment() {
-                for k in missed.lanes() {
-                    if let Some(sky) = scene.lights().environment_at(walks.ray(i + k).direction) {
-                        points[k] = sky;
-                    }
+                let others = met & !plain;
+                if !met_others && others.any() {
+                    which = lanes.mask(walks.arrive_each(scene, i, others, hits, inside, &mut points));
+                    met = plain | which;
+                    point = Point::of_each(lanes, which, Place::Surface, |k| &points[k]);
+                } else if missed(stage, point.place, all & !met) {
+                    which = all & !met;
+                    walks.leave_each(scene, i, which, &mut points);
+                    point = Point::of_each(lanes, which, Place::Infinite, |k| &points[k]);
+                } else {
+                    break;
                 }
-                let point = Point::of_each(lanes, missed, Place::Infinite, |k| &points[k]);
-                self.arrive_at(stage, &walk, (missed, point), next, connections, inside, sink);
+                met_others = true;
             }
         }
     }
@@ -357,7 +350,7 @@ impl Integrator {
         &self,
         stage: Stage<'_, L>,
         walk: &Walk<L>,
-        (which, point): (L::M, Point<L, Bsdfs<L>>),
+        (which, point): (L::M, &Point<L, Bsdfs<L>>),
         next: &mut Walks,
         connections: &mut Connections,
         inside: &mut [Inside],
@@ -380,7 +373,7 @@ impl Integrator {
         &self,
         stage: Stage<'_, L>,
         walk: &Walk<L>,
-        (place, which, point): (Place, L::M, Point<L, Bsdfs<L>>),
+        (place, which, point): (Place, L::M, &Point<L, Bsdfs<L>>),
         next: &mut Walks,
         connections: &mut Connections,
         inside: &mut [Inside],
@@ -388,7 +381,7 @@ impl Integrator {
     ) {
         let Stage { lanes, vertices, transport, .. } = stage;
         let from = walk.from(place);
-        let here = Step::arriving(&walk.departure, &from, point, lanes.splat(1.0));
+        let here = Step::arriving(&walk.departure, &from, *point, lanes.splat(1.0));
         sink.walked(transport, count(which));
         match transport {
             Transport::Radiance => {
@@ -448,6 +441,13 @@ impl Integrator {
         };
         next.push(&onwards, goes_on);
     }
+}
+
+/// Whether the lanes `missed` come to a sky next, unless they have been there.
+#[inline(always)]
+fn missed<L: Lanes>(stage: Stage<'_, L>, last: Place, missed: L::M) -> bool {
+    let to_sky = stage.transport == Transport::Radiance && stage.scene.lights().has_environment();
+    to_sky && last != Place::Infinite && missed.any()
 }
 
 /// Takes the walks of the lanes `goes_on` to the other side of their surface where they go `through` it. Returns which

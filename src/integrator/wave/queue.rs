@@ -198,10 +198,42 @@ impl Walks {
         (lanes.load_u(&self.0.words[2][at..]) & lanes.splat_u(INSIDE)).eq(lanes.splat_u(0))
     }
 
+    /// The surface points to which those in the lanes `which` of the group from the `from`-th on come. A bit for each that
+    /// does not leave the scene.
+    #[inline(always)]
+    pub fn arrive_each(
+        &self,
+        scene: &Scene,
+        from: usize,
+        which: impl Mask,
+        hits: &Hits,
+        inside: &mut [Inside],
+        points: &mut [Point; MOST],
+    ) -> u32 {
+        let mut some = 0;
+        for k in which.lanes() {
+            if let Some(point) = self.arrive(scene, from + k, hits, inside) {
+                points[k] = point;
+                some |= 1 << k;
+            }
+        }
+        some
+    }
+
+    /// The places in the sky to which they go.
+    #[inline(always)]
+    pub fn leave_each(&self, scene: &Scene, from: usize, which: impl Mask, points: &mut [Point; MOST]) {
+        for k in which.lanes() {
+            if let Some(sky) = scene.lights().environment_at(self.ray(from + k).direction) {
+                points[k] = sky;
+            }
+        }
+    }
+
     /// The surface point to which the `at`-th comes, as [`Subpath`](crate::path::Subpath) would; `None` if it leaves
     /// the scene.
-    #[inline(always)]
-    pub fn arrive(&self, scene: &Scene, at: usize, hits: &Hits, inside: &mut [Inside]) -> Option<Point> {
+    #[inline(never)]
+    fn arrive(&self, scene: &Scene, at: usize, hits: &Hits, inside: &mut [Inside]) -> Option<Point> {
         let (ray, mut hit) = (self.ray(at), hits.get(at)?);
         if scene.geometry().has_coincident() && !scene.geometry().is_met_first(&ray, self.left(at), &hit) {
             // All is opaque, so that nothing asks whether to stop.

@@ -2,7 +2,7 @@
 
 use super::{Bsdf, Diffuse};
 use crate::{
-    lanes::{Lanes, Mask},
+    lanes::{Lanes, Mask, Vector},
     math::Rgb,
 };
 
@@ -28,11 +28,14 @@ impl<L: Lanes> Bsdfs<L> {
         }
     }
 
-    /// That of one lane.
+    /// Those of all lanes, by their number.
     #[inline(always)]
-    pub fn lane(&self, k: usize) -> Bsdf {
-        match self {
-            Self::Diffuse(Diffuse { albedo }) => Bsdf::Diffuse(Diffuse { albedo: albedo.lane(k) }),
+    pub fn all(&self) -> impl Fn(usize) -> Bsdf {
+        let albedo = if let Self::Diffuse(Diffuse { albedo }) = self { Some(albedo.channels().all()) } else { None };
+        move |k| match self {
+            Self::Diffuse(_) => {
+                Bsdf::Diffuse(Diffuse { albedo: albedo.map_or(Rgb::ZERO, |all| Rgb::from_array(all[k])) })
+            }
             Self::Each(bsdfs, _) => L::lane(bsdfs, k),
         }
     }

@@ -41,8 +41,9 @@ impl Sensor {
     #[inline(always)]
     pub(super) fn holds<F: Float>(&self, [x, y]: [F; 2]) -> <F::Lanes as Lanes>::M {
         let lanes = x.lanes();
-        let padding = self.padding as f32;
-        let within = |x: F, size: u32| lanes.splat(-padding).le(x) & x.lt(lanes.splat(size as f32 + padding));
-        within(x, self.width) & within(y, self.height)
+        let (padding, size) = (self.padding as f32, self.size());
+        let low = lanes.splat(-padding);
+        let (right, bottom) = (lanes.splat(size.x + padding), lanes.splat(size.y + padding));
+        low.le(x) & x.lt(right) & low.le(y) & y.lt(bottom)
     }
 }
