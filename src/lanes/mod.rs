@@ -1,8 +1,8 @@
 //! Lanes: one text that computes one number or sixteen at a time, and the same bits for both.
 //!
 //! A set of lanes is a value that exists only where the processor has its instructions, and so is every number in
-//! them: whoever has one may compute with it. Nothing outside this module is `unsafe` for that, but to enter a function that is
-//! compiled for the set. Every operation is
+//! them: whoever has one may compute with it. Nothing outside this module is `unsafe` for that, but to
+//! enter a function that is compiled for the set. Every operation is
 //! one exact IEEE operation a lane. Nothing is fused, approximated or reordered, so results do not depend on the set:
 //! `tests.rs` compares all of them with [`Arrays`], lane by lane. [`One`] lane is plain numbers, so that a type with
 //! lanes as its parameter is by default what it would be without.
