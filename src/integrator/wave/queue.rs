@@ -198,8 +198,8 @@ impl Walks {
         (lanes.load_u(&self.0.words[2][at..]) & lanes.splat_u(INSIDE)).eq(lanes.splat_u(0))
     }
 
-    /// The surface points to which those in the lanes `which` of the group from the `from`-th on come. Returns a bit for
-    /// each that does not leave the scene.
+    /// The surface points to which those in the lanes `which` of the group from the `from`-th on come. Returns a bit
+    /// for each that does not leave the scene.
     #[inline(always)]
     pub fn arrive_each(
         &self,
