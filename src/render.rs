@@ -118,7 +118,7 @@ impl<'a> Renderer<'a> {
             scene,
             settings,
             way: integrator.makes_waves(scene, settings.sampler),
-            lanes: Instructions::detect(),
+            lanes: waves::suitable(),
             integrator,
             film,
             alpha_sums,

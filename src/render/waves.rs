@@ -49,6 +49,12 @@ impl Width {
     }
 }
 
+/// The lanes for waves, unless something else is asked for. A build that is not optimized has none: all that is inlined
+/// into a wave keeps its own place on the stack there, which is more than a thread has.
+pub(super) fn suitable() -> Instructions {
+    if cfg!(debug_assertions) { Instructions::Portable } else { Instructions::detect() }
+}
+
 impl<'a> Renderer<'a> {
     /// The same, computing so many paths at once where it can; `None` if the processor has no such lanes. Else there
     /// are as many as it has.
