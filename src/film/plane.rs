@@ -79,12 +79,7 @@ impl Plane {
         let words = &self.words[pixel];
         let mut overflows = 0;
         for (channel, value) in values.into_iter().enumerate() {
-            let bits = value.to_bits();
-            // Of numbers that are too small, zero among them, it is beyond all bounds.
-            let shift = (bits >> 23 & 0xff).wrapping_sub(self.scale.lowest());
-            if shift <= LARGEST_SHIFT {
-                let quanta = i64::from(bits & 0x7f_ffff | 0x80_0000) << shift;
-                let quanta = if value.is_sign_negative() { -quanta } else { quanta };
+            if let Some(quanta) = self.quanta(value) {
                 if words[channel].fetch_add(quanta, Relaxed).checked_add(quanta).is_none() {
                     overflows += u64::from(self.carry(pixel, channel, quanta).is_err());
                 }
@@ -95,14 +90,17 @@ impl Plane {
         overflows
     }
 
-    /// A value in quanta, if it is a multiple of the quantum that a word can take.
+    /// A value in quanta, if it is a multiple of the quantum that a word can take; `None` for zero, which needs none.
     #[inline(always)]
     pub(super) fn quanta(&self, value: f32) -> Option<i64> {
         let bits = value.to_bits();
+        // Of numbers that are too small, zero among them, it is beyond all bounds.
         let shift = (bits >> 23 & 0xff).wrapping_sub(self.scale.lowest());
-        let quanta = i64::from(bits & 0x7f_ffff | 0x80_0000) << (shift & 63);
-        let quanta = if value.is_sign_negative() { -quanta } else { quanta };
-        if value == 0.0 { Some(0) } else { (shift <= LARGEST_SHIFT).then_some(quanta) }
+        if shift > LARGEST_SHIFT {
+            return None;
+        }
+        let quanta = i64::from(bits & 0x7f_ffff | 0x80_0000) << shift;
+        Some(if value.is_sign_negative() { -quanta } else { quanta })
     }
 
     /// Adds so many quanta. Returns how many channels have no room for theirs.

@@ -29,8 +29,9 @@ impl TileSums {
         if film.filter == Filter::Box && within && value.is_finite() {
             let [r, g, b] = value.to_array();
             let word = &mut self.words[(y * self.side + x) as usize];
-            // Black has no quanta, and adds nothing.
-            if let (Some(r), Some(g), Some(b)) = (plane.quanta(r), plane.quanta(g), plane.quanta(b))
+            // A black channel adds nothing.
+            let quanta = |x: f32| if x == 0.0 { Some(0) } else { plane.quanta(x) };
+            if let (Some(r), Some(g), Some(b)) = (quanta(r), quanta(g), quanta(b))
                 && let (Some(r), Some(g), Some(b)) =
                     (word[0].checked_add(r), word[1].checked_add(g), word[2].checked_add(b))
             {

@@ -46,6 +46,12 @@ pub(super) fn connectible(light: &[Step]) -> impl Iterator<Item = u32> {
     (1..).zip(light).skip(1).filter(|(_, y)| y.vertex.point.bsdf.has_continuous()).map(|(s, _)| s)
 }
 
+/// Whether an image has a place for a contribution: see [`Sink::deposit`].
+#[inline(always)]
+pub(super) fn has_a_place(value: Rgb) -> bool {
+    value.is_finite() && value.min_element() >= 0.0
+}
+
 /// What becomes of the paths that are found.
 pub trait Sink {
     /// A path and its share w F/(n p) of one pass, without h_j: the value to spread around `path.raster()`.
@@ -292,7 +298,7 @@ impl Integrator {
         if value == Rgb::ZERO {
             return;
         }
-        if value.is_finite() && value.min_element() >= 0.0 {
+        if has_a_place(value) {
             sink.deposit(&path, value);
         } else {
             sink.reject(&path, value);

@@ -5,7 +5,12 @@ use crate::{
     lanes::{Float, Lanes, Mask, One, Vector},
     math::Rgb,
     sampling::{Chance, PdfArea, PdfSolidAngle},
-    scene::bsdf::{Directions, Lobe, Transport},
+    scene::{
+        Scene,
+        bsdf::{Directions, Lobe, Transport},
+        camera::{Camera, Seen},
+        point::Place,
+    },
 };
 
 /// A walk on its way from one vertex to the next.
@@ -21,6 +26,35 @@ pub struct Departure<L: Lanes = One> {
     pub beta: Rgb<L::V>,
     /// The product of roulette's survival probabilities so far.
     pub survival: L::F,
+}
+
+impl<L: Lanes> Departure<L> {
+    /// From the first vertex `lens` of a walk from the camera, through `raster`; and whether the padded image holds
+    /// that place, which rounding may put outside.
+    #[inline(always)]
+    pub fn from_lens<B: Surfaces<L>>(camera: &Camera, lens: &Step<L, B>, raster: [L::F; 2]) -> (Self, L::M) {
+        let p = &lens.vertex.point;
+        let direction = camera.direction_through(p, raster);
+        let Seen { we, pdf, some, .. } = camera.look_in_lanes(p, direction);
+        let beta = lens.beta.times(we * p.normal.dot(direction) / pdf.0);
+        (Self { origin: p.position, direction, pdf, beta, survival: lens.survival }, some)
+    }
+
+    /// From the first vertex `end` of a walk from a light, in a unit direction of this density. The ray starts at
+    /// `origin`.
+    #[inline(always)]
+    pub fn from_light<B: Surfaces<L>>(
+        scene: &Scene,
+        end: &Step<L, B>,
+        direction: L::V,
+        pdf: PdfSolidAngle<L::F>,
+        origin: L::V,
+    ) -> Self {
+        let p = &end.vertex.point;
+        let cos = if p.place == Place::Surface { p.normal.dot(direction).abs() } else { p.alpha.lanes().splat(1.0) };
+        let beta = (end.beta * scene.le(p, direction)).times(p.alpha * cos / pdf.0);
+        Self { origin, direction, pdf, beta, survival: end.survival }
+    }
 }
 
 /// By which rules a walk goes on.

@@ -3,7 +3,7 @@
 use glam::{Vec2, Vec3};
 
 use super::{
-    RivalSum, Roulette, RunningSum, Step, Vertex,
+    RivalSum, Roulette, RunningSum, Step,
     absorption::walked_transmittance,
     departure::{Departure, Rules},
 };
@@ -12,9 +12,9 @@ use crate::{
     scene::{
         Scene, Traced,
         bsdf::{Directions, Transport},
-        camera::{Raster, Seen},
+        camera::Raster,
         media::{Inside, Media},
-        point::{Place, Point},
+        point::Point,
     },
 };
 
@@ -141,14 +141,9 @@ impl Subpath {
             lens.media = [self.inside.start_at_lens(scene, media, lens.position); 2];
             self.inside_at_second = None;
         }
-        let Step { vertex: Vertex { point: p, .. }, beta, .. } = &self.room[0];
-        let direction = camera.direction(p, raster);
-        // Rounding may put a sample of the padded film's border outside it.
-        if let Some(Seen { we, pdf, .. }) = camera.look(p, direction) {
-            let beta = *beta * (we * p.normal.dot(direction) / pdf.0);
-            let origin = p.position;
-            let departure = Departure { origin, direction, pdf, beta, survival: 1.0 };
-            self.whole = beta.max_element();
+        let (departure, some) = Departure::from_lens(camera, &self.room[0], raster.0.to_array());
+        if some {
+            self.whole = departure.beta.max_element();
             self.walk(scene, departure, Way { transport: Transport::Radiance, vertices, roulette, branch: 0 }, sampler);
         }
     }
@@ -231,14 +226,9 @@ impl Subpath {
         if vertices == 1 || !leaves {
             return;
         }
-        let cos = if p.place == Place::Surface { p.normal.dot(emission.direction).abs() } else { 1.0 };
-        let departure = Departure {
-            origin: emission.origin.unwrap_or_else(|| p.ray_origin(emission.direction)),
-            direction: emission.direction,
-            pdf: emission.pdf_direction,
-            beta: self.room[0].beta * scene.le(&p, emission.direction) * (p.alpha * cos / emission.pdf_direction.0),
-            survival: 1.0,
-        };
+        let origin = emission.origin.unwrap_or_else(|| p.ray_origin(emission.direction));
+        let (direction, pdf) = (emission.direction, emission.pdf_direction);
+        let departure = Departure::from_light(scene, &self.room[0], direction, pdf, origin);
         self.whole = departure.beta.max_element();
         if let Some(media) = scene.media() {
             self.inside.start_at_light(scene, media, &emission);

@@ -56,7 +56,7 @@ impl WaveSink for TaskSink<'_> {
         if strategy.edges() < settings.min_depth {
             return;
         }
-        let value = settings.clamp.map_or(value, |most| value.min(Rgb::splat(most)));
+        let value = settings.clamped(value);
         if let Destination::Film { half, .. } = self.destination {
             match &mut self.sums {
                 Some(sums) => sums.deposit(film, raster, value, half),
@@ -99,10 +99,7 @@ impl Sink for TaskSink<'_> {
         if path.edges() < settings.min_depth || (alpha_sums.is_some() && path.shows_background()) {
             return;
         }
-        let value = match settings.clamp {
-            Some(most) => value.min(Rgb::splat(most)),
-            None => value,
-        };
+        let value = settings.clamped(value);
         match &mut self.destination {
             Destination::Film { half, keep } => {
                 if keep.is_none_or(|keep| keep(path)) {

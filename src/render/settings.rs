@@ -4,6 +4,7 @@ use super::padded::PaddedImage;
 use crate::{
     film::Crop,
     integrator::{IntegratorKind, RelativeRoulette, Weighting},
+    math::Rgb,
     path::{Roulette, Step, Strategy},
     sampling::{Filter, SamplerKind},
     scene::{bsdf::Directions, camera::Sensor},
@@ -87,6 +88,15 @@ impl Settings {
 }
 
 impl Settings {
+    /// What a contribution counts as.
+    #[inline(always)]
+    pub(super) fn clamped(&self, value: Rgb) -> Rgb {
+        match self.clamp {
+            Some(most) => value.min(Rgb::splat(most)),
+            None => value,
+        }
+    }
+
     /// How many bytes of light subpaths a thread keeps at most: of one pixel, or of a tile whose pixels share their
     /// vertices.
     pub fn light_subpath_memory(&self) -> u64 {

@@ -32,9 +32,6 @@ pub enum Width {
 }
 
 impl Width {
-    /// All of them.
-    pub const ALL: [Self; 3] = [Self::One, Self::Eight, Self::Sixteen];
-
     fn instructions(self) -> Option<Instructions> {
         match (self, Instructions::detect()) {
             (Self::One, _) => Some(Instructions::Portable),
@@ -82,7 +79,7 @@ impl<'a> Renderer<'a> {
         let from_camera = self.way == Some(Transport::Radiance);
         self.scene.prepare_waves();
         image.tiles().into_par_iter().for_each_init(
-            || (Starts::default(), Wave::new(), TileSums::default()),
+            || (Starts::default(), Wave::default(), TileSums::default()),
             |(starts, wave, sums), tile| {
                 if from_camera {
                     sums.start(image.corner(tile), image.side);

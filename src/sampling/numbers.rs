@@ -45,6 +45,7 @@ impl<L: Lanes> Numbers<L> {
 }
 
 impl<L: Lanes> Sampler<L> for Numbers<L> {
+    /// Sobol's; [`Numbers::again`] makes either.
     #[inline(always)]
     fn new(seed: u64, pixel: L::U, sample: L::U, stream: Stream) -> Self {
         Self::Sobol(Sampler::new(seed, pixel, sample, stream))

@@ -28,7 +28,7 @@ use self::{
     camera::{Camera, Raster},
     coincident::Meetings,
     geometry::{Geometry, Hit, PrimitiveId, Ray},
-    light::{Light, LightChoice, Lights},
+    light::{Light, LightChoice, Lights, Receiver},
     light_index::LightIndex,
     material::{AlphaMode, BackFaces, Material, MaterialId},
     media::{Boundary, Media, MediumId},
@@ -369,7 +369,7 @@ impl Scene {
     /// [`Lights::sample_next_event`] for this scene.
     #[inline(always)]
     pub fn sample_next_event(&self, from: &Point, u: Square, choice: Choice, nth: u32) -> Option<(Point, PdfArea)> {
-        self.lights.sample_next_event(&self.geometry, &self.materials, from, u, choice, nth)
+        self.lights.sample_next_event(&self.geometry, &self.materials, || Receiver::at(from), u, choice, nth)
     }
 
     /// [`Lights::sample_emission`] for this scene.

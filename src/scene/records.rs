@@ -58,9 +58,7 @@ impl Scene {
         choice: Choice,
         nth: u32,
     ) -> Option<(Point, PdfArea)> {
-        let chosen = self.lights.choose_next_event(|| *from, choice, nth)?;
-        let (point, pdf) = self.lights.on_chosen(&self.geometry, &self.materials, chosen, u);
-        (pdf > PdfArea::ZERO).then_some((point, pdf))
+        self.lights.sample_next_event(&self.geometry, &self.materials, || *from, u, choice, nth)
     }
 
     /// The points at the barycentric coordinates `b` of the world's primitives `index` in the lanes `which`, as
@@ -119,7 +117,7 @@ impl FewLights {
     }
 
     /// In each lane the triangle to which the choice with these words leads, and its density: as
-    /// [`Lights::choose_next_event`] and [`Lights::even_area`] have them.
+    /// [`Lights::sample_next_event`] takes them.
     #[inline(always)]
     pub fn choose<U: Unsigned>(&self, [high, low]: [U; 2]) -> (U, <U::Lanes as Lanes>::F) {
         let lanes = high.lanes();

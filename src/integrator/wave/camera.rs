@@ -35,7 +35,7 @@ impl Integrator {
         let Stage { lanes, scene, kind, seed, .. } = stage;
         let camera = &scene.camera;
         let lens = stage.lens();
-        let beta = 1.0 / camera.pdf_lens().0;
+        let p = &lens.vertex.point;
         starts.pad();
         walks.0.clear(starts.len);
         let mut outside = true;
@@ -57,22 +57,12 @@ impl Integrator {
             numbers.start(Block::START);
             let [x, y] = numbers.next_two();
             let raster = [corner[0] + x, corner[1] + y];
-            let direction = camera.direction_through(&lens, raster);
-            // Rounding may put a sample of the padded film's border outside it.
-            let seen = camera.look_in_lanes(&lens, direction);
-            let beta = (seen.we * lens.normal.dot(direction) / seen.pdf.0) * beta;
-            let beta = Rgb::of(L::V::new(beta, beta, beta));
+            let (departure, some) = Departure::from_lens(camera, &lens, raster);
             let walk = Walk::<L> {
-                departure: Departure {
-                    origin: lens.position,
-                    direction,
-                    pdf: seen.pdf,
-                    beta,
-                    survival: lanes.splat(1.0),
-                },
-                whole: beta.max_element(),
-                position: lens.position,
-                normal: lens.normal,
+                departure,
+                whole: departure.beta.max_element(),
+                position: p.position,
+                normal: p.normal,
                 primitive: [nothing; 2],
                 flags: lanes.splat_u(if outside { 0 } else { INSIDE }),
                 raster,
@@ -80,7 +70,7 @@ impl Integrator {
                 index: kept[1],
                 number: lanes.whole_numbers(|k| (i + k) as u32),
             };
-            walks.push(&walk, seen.some & lanes.first(starts.len - i));
+            walks.push(&walk, some & lanes.first(starts.len - i));
         }
     }
 
@@ -127,9 +117,7 @@ impl Integrator {
         sink: &mut impl WaveSink,
     ) {
         let Stage { lanes, scene, vertices: t, .. } = stage;
-        let lights = scene.lights();
-        let of_each = lights.next_event_samples();
-        let samples = of_each * self.evaluated.multiplicity(Strategy { s: 1, t });
+        let (samples, of_each) = (self.connections_of_each(stage), scene.lights().next_event_samples());
         let which = which & here.vertex.point.bsdf.has_continuous(lanes);
         if samples == 0 || !which.any() {
             return;

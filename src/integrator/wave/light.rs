@@ -7,7 +7,7 @@ use super::{
 };
 use crate::{
     integrator::Integrator,
-    lanes::{Float, Lanes, MOST, Mask, Select, Unsigned, Vector},
+    lanes::{Float, Lanes, MOST, Mask, Select, Unsigned},
     path::{Around, Departure, Joint, RivalSum, Step, Tail, are_directions, is_hittable},
     sampling::{Block, Choice, Numbers, PdfArea, PdfSolidAngle, Sampler, Square, Stream},
     scene::{
@@ -80,10 +80,10 @@ impl Integrator {
         if stage.most == 1 || !leaves.any() {
             return;
         }
-        let cos = if place == Place::Surface { point.normal.dot(direction).abs() } else { lanes.splat(1.0) };
-        let beta = (first.beta * scene.le(&point, direction)).times(point.alpha * cos / pdf.0);
         let has_origin = lanes.condition(|k| of(k).origin.is_some());
         let far = lanes.vectors(|k| of(k).origin.unwrap_or_default().to_array());
+        let origin = has_origin.select(far, point.ray_origin(direction));
+        let departure = Departure::from_light(scene, &first, direction, pdf, origin);
         let mut inside = 0;
         if let Some(media) = scene.media() {
             for k in leaves.lanes() {
@@ -93,14 +93,8 @@ impl Integrator {
             }
         }
         let walk = Walk::<L> {
-            departure: Departure {
-                origin: has_origin.select(far, point.ray_origin(direction)),
-                direction,
-                pdf,
-                beta,
-                survival: lanes.splat(1.0),
-            },
-            whole: beta.max_element(),
+            departure,
+            whole: departure.beta.max_element(),
             position: point.position,
             normal: point.normal,
             primitive: words(lanes, &point),
@@ -128,11 +122,11 @@ impl Integrator {
         let (y, one, none) = (&here.vertex.point, lanes.splat(1.0), lanes.mask(0));
         // (1,1) does not show points and suns, which have no extent on the image.
         let which = if strategy.s == 1 { which & is_hittable(scene, y) } else { which };
-        let samples = self.evaluated.multiplicity(strategy);
+        let samples = self.connections_of_each(stage);
         if samples == 0 || !which.any() {
             return;
         }
-        let z = Step::next_event(stage.lens(), PdfArea(lanes.splat(scene.camera.pdf_lens().0)));
+        let z = stage.lens();
         let Some(joint) = Joint::connect(scene, strategy, [&z, here], one) else { return };
         let Some(raster) = joint.raster else { return };
         let contribution = joint.contribution(z.beta, Some(here.beta));

@@ -12,12 +12,12 @@ mod queue;
 use glam::Vec3;
 
 use self::queue::{Connections, DELTA, INSIDE, Walk, Walks};
-use super::Integrator;
+use super::{Integrator, estimator::has_a_place};
 use crate::{
     lanes::{Float, Lanes, MOST, Mask, Select, Unsigned, Vector},
     math::Rgb,
     path::{Rivals, Rules, Step, Strategy, Techniques},
-    sampling::{Block, Chance, Numbers, Sampler, SamplerKind, Stream},
+    sampling::{Block, Chance, Numbers, PdfArea, Sampler, SamplerKind, Stream},
     scene::{
         Scene,
         bsdf::{Bsdfs, Transport},
@@ -47,7 +47,7 @@ pub trait WaveSink {
 }
 
 /// The queues of one thread.
-#[derive(Debug)]
+#[derive(Debug, Default)]
 pub struct Wave {
     walks: Walks,
     /// Those that go on from the present vertex.
@@ -106,27 +106,6 @@ impl Starts {
     }
 }
 
-impl Wave {
-    /// Empty queues.
-    pub fn new() -> Self {
-        Self {
-            walks: Walks::new(),
-            next: Walks::new(),
-            rays: Rays::default(),
-            hits: Hits::default(),
-            connections: Connections::new(),
-            obstacles: Hits::default(),
-            inside: Vec::new(),
-        }
-    }
-}
-
-impl Default for Wave {
-    fn default() -> Self {
-        Self::new()
-    }
-}
-
 /// The most connections of a vertex, for whose rays the queues of a wave have room.
 const MOST_CONNECTIONS: u32 = 16;
 
@@ -162,11 +141,13 @@ impl<L: Lanes> Stage<'_, L> {
         start + 4 * (self.vertices - 2)
     }
 
-    /// The pinhole.
+    /// The pinhole, as the first vertex of all walks from the camera.
     #[inline(always)]
-    fn lens(&self) -> Point<L, Bsdfs<L>> {
-        let lens = self.scene.camera.lens_point();
-        Point::of_each(self.lanes, self.lanes.first(L::N), lens.place, |_| &lens)
+    fn lens(&self) -> Step<L, Bsdfs<L>> {
+        let camera = &self.scene.camera;
+        let lens = camera.lens_point();
+        let point = Point::of_each(self.lanes, self.lanes.first(L::N), lens.place, |_| &lens);
+        Step::next_event(point, PdfArea(self.lanes.splat(camera.pdf_lens().0)))
     }
 
     /// What found a connection.
@@ -485,7 +466,7 @@ fn deposit(sink: &mut impl WaveSink, strategy: Strategy, raster: [f32; 2], value
     if value == Rgb::ZERO {
         return;
     }
-    if value.is_finite() && value.min_element() >= 0.0 {
+    if has_a_place(value) {
         sink.deposit(strategy, Raster(raster.into()), value);
     } else {
         sink.reject(strategy);

@@ -24,11 +24,13 @@ pub struct Columns<const F: usize, const U: usize> {
     words: [Vec<u32>; U],
 }
 
-impl<const F: usize, const U: usize> Columns<F, U> {
-    fn new() -> Self {
+impl<const F: usize, const U: usize> Default for Columns<F, U> {
+    fn default() -> Self {
         Self { len: 0, numbers: [const { Vec::new() }; F], words: [const { Vec::new() }; U] }
     }
+}
 
+impl<const F: usize, const U: usize> Columns<F, U> {
     /// Forgets all, and makes room for so many.
     pub fn clear(&mut self, room: usize) {
         self.len = 0;
@@ -69,7 +71,7 @@ impl<const F: usize, const U: usize> Columns<F, U> {
         self.len += which.bits().count_ones() as usize;
     }
 
-    /// The first `N` columns of numbers from the `from`-th on.
+    /// Three columns of numbers from the `from`-th on.
     fn vectors(&self, from: usize) -> [&[f32]; 3] {
         let [x, y, z] = [&self.numbers[from], &self.numbers[from + 1], &self.numbers[from + 2]];
         [&x[..self.len], &y[..self.len], &z[..self.len]]
@@ -80,7 +82,7 @@ impl<const F: usize, const U: usize> Columns<F, U> {
     }
 }
 
-/// A walk from the camera on its way to its next vertex.
+/// A walk on its way to its next vertex.
 #[derive(Clone, Copy, Debug)]
 pub struct Walk<L: Lanes> {
     /// How it has left its last vertex.
@@ -93,9 +95,10 @@ pub struct Walk<L: Lanes> {
     pub primitive: [L::U; 2],
     /// [`DELTA`], [`INSIDE`], [`flag_of`] its place.
     pub flags: L::U,
-    /// Where on the image it began.
+    /// Where on the image a walk from the camera began.
     pub raster: [L::F; 2],
-    /// The sequences of its random numbers: the scrambles for the camera and for connections, and the index.
+    /// What [`Numbers`](crate::sampling::Numbers) keeps of its sequences: the first word of its own and of that for
+    /// connections, and the second word, which they share.
     pub scrambles: [L::U; 2],
     pub index: L::U,
     /// Which of the wave's walks it is.
@@ -133,14 +136,10 @@ impl<L: Lanes> Walk<L> {
 }
 
 /// Walks side by side.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub struct Walks(pub Columns<20, 7>);
 
 impl Walks {
-    pub fn new() -> Self {
-        Self(Columns::new())
-    }
-
     #[inline(always)]
     pub fn get<L: Lanes>(&self, lanes: L, at: usize) -> Walk<L> {
         let (x, u) = self.0.get(lanes, at);
@@ -271,14 +270,10 @@ pub struct Connection<L: Lanes> {
 }
 
 /// Connections side by side.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub struct Connections(pub Columns<18, 4>);
 
 impl Connections {
-    pub fn new() -> Self {
-        Self(Columns::new())
-    }
-
     #[inline(always)]
     pub fn push<L: Lanes>(&mut self, connection: &Connection<L>, which: L::M) {
         let Connection { ray, primitives: [[a, b], [c, d]], ends, value, raster: [x, y] } = connection;

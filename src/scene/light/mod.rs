@@ -268,42 +268,20 @@ impl Lights {
         &self,
         geometry: &Geometry,
         materials: &[Material],
-        from: &Point,
+        from: impl FnOnce() -> Receiver,
         u: Square,
         choice: Choice,
         nth: u32,
     ) -> Option<(Point, PdfArea)> {
-        let chosen = self.choose_next_event(|| Receiver::at(from), choice, nth)?;
-        let (point, pdf) = self.on_chosen(geometry, materials, chosen, u);
-        (pdf > PdfArea::ZERO).then_some((point, pdf))
-    }
-
-    /// The light that [`Lights::sample_next_event`] takes, its probability and what the choice has left.
-    #[inline(always)]
-    pub(crate) fn choose_next_event(
-        &self,
-        from: impl FnOnce() -> Receiver,
-        choice: Choice,
-        nth: u32,
-    ) -> Option<(LightId, f32, Remainder)> {
-        match &self.next_event {
-            NextEvent::Power => self.choose(choice).map(|(id, rest)| (id, self.choice.probability(id.index()), rest)),
-            _ => self.choose_at(&from(), choice, nth),
-        }
-    }
-
-    /// A point of a light that was chosen, with its density.
-    #[inline(always)]
-    pub(crate) fn on_chosen(
-        &self,
-        geometry: &Geometry,
-        materials: &[Material],
-        (id, probability, rest): (LightId, f32, Remainder),
-        u: Square,
-    ) -> (Point, PdfArea) {
+        let (id, probability, rest) = match &self.next_event {
+            NextEvent::Power => {
+                self.choose(choice).map(|(id, rest)| (id, self.choice.probability(id.index()), rest))?
+            }
+            _ => self.choose_at(&from(), choice, nth)?,
+        };
         let point = self.sample_position(geometry, materials, id, u, rest);
-        let pdf = self.pdf_on(id, point.barycentric, point.position.to_array(), probability);
-        (point, PdfArea(pdf))
+        let pdf = PdfArea(self.pdf_on(id, point.barycentric, point.position.to_array(), probability));
+        (pdf > PdfArea::ZERO).then_some((point, pdf))
     }
 
     /// Where the choices of each light begin, if next-event estimation chooses by power; `None` if not, or without

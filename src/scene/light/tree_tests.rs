@@ -112,7 +112,14 @@ fn a_sample_of_each_light_has_the_density_of_all() {
     let mut black = 0;
     for nth in 0..lights.next_event_samples() {
         let id = LightId::new(nth);
-        match lights.sample_next_event(&geometry, &materials, &from, Vec2::splat(0.4).into(), Choice::from(0.4), nth) {
+        match lights.sample_next_event(
+            &geometry,
+            &materials,
+            || Receiver::at(&from),
+            Vec2::splat(0.4).into(),
+            Choice::from(0.4),
+            nth,
+        ) {
             Some((point, pdf)) => {
                 assert_eq!(point.light, Some(id));
                 assert_eq!(pdf, PdfArea(lights.pdf_on(id, point.barycentric, point.position.to_array(), 1.0)));
