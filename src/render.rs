@@ -43,7 +43,6 @@ use crate::{
     sampling::{Block, Independent, Sampler, SamplerKind, Sobol},
     scene::{
         Scene,
-        bsdf::Transport,
         camera::Raster,
         point::{Place, Point},
     },
@@ -54,8 +53,8 @@ pub struct Renderer<'a> {
     scene: &'a Scene,
     settings: &'a Settings,
     integrator: Integrator,
-    /// Which way waves of this scene's paths go, if the integrator can make some, and the lanes for them.
-    way: Option<Transport>,
+    /// Whether waves can do this, and the lanes for them.
+    waves_serve: bool,
     lanes: Instructions,
     film: Film,
     /// Of a transparent background.
@@ -117,7 +116,7 @@ impl<'a> Renderer<'a> {
         Self {
             scene,
             settings,
-            way: integrator.makes_waves(scene, settings.sampler),
+            waves_serve: integrator.makes_waves(scene, settings.sampler),
             lanes: waves::suitable(),
             integrator,
             film,
@@ -280,12 +279,10 @@ impl<'a> Renderer<'a> {
             scratch.start_over();
         }
         if stages != Stages::Camera {
-            let connects = serves_crop || stages == Stages::Light;
-            let splats = pixel.is_inside(self.scene.camera.sensor());
-            let stage = LightStage {
-                connects: if connects { Connects::Yes } else { Connects::No },
-                splats: if splats { Splats::Yes } else { Splats::No },
-            };
+            let mut stage = self.light_stage(pixel);
+            if stages == Stages::Light {
+                stage.connects = Connects::Yes;
+            }
             self.integrator.estimate_from_light(self.scene, stage, scratch, samplers, sink);
         }
         if stages == Stages::Light || !serves_crop {
@@ -301,6 +298,15 @@ impl<'a> Renderer<'a> {
             self.integrator.estimate_from_camera(self.scene, raster, scratch, samplers, sink);
         }
         1
+    }
+
+    /// What the light subpaths of a pixel are for, where they are its own.
+    fn light_stage(&self, pixel: Pixel) -> LightStage {
+        let splats = pixel.is_inside(self.scene.camera.sensor());
+        LightStage {
+            connects: if self.serves_crop(pixel) { Connects::Yes } else { Connects::No },
+            splats: if splats { Splats::Yes } else { Splats::No },
+        }
     }
 
     /// The random numbers of one sample of one pixel, in the present pass.

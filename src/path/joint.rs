@@ -153,6 +153,15 @@ pub struct Tail<L: Lanes> {
     pub rivals: RivalSum<L::U>,
 }
 
+impl<L: Lanes> Tail<L> {
+    /// That of a prefix of one vertex with this density.
+    #[inline(always)]
+    pub fn of_one(pdf: PdfArea<L::F>) -> Self {
+        let lanes = pdf.0.lanes();
+        Self { pdf_fwd: [pdf; 2], is_delta: [lanes.mask(0); 2], rivals: RivalSum::none(lanes) }
+    }
+}
+
 /// A path that is known around its joint alone: all that running sums need to weigh it.
 #[derive(Clone, Copy, Debug)]
 pub struct Around<'a, L: Lanes> {

@@ -42,7 +42,7 @@ pub use edge::Edge;
 pub use joined::JoinedPath;
 pub use joint::{Around, Joint, Tail, are_directions, is_hittable};
 pub use mis::{Densities, Heuristic, is_covered, mis_weight, relative_deposit};
-pub use rivals::{RivalSum, Rivals, RunningSum};
+pub use rivals::{Beginning, RivalSum, Rivals, RunningSum};
 pub use roulette::Roulette;
 pub use scattering::{Sampled, Surfaces};
 pub use step::Step;

@@ -89,6 +89,18 @@ impl<U: Unsigned> RivalSum<U> {
         Self(lanes.splat_u(0))
     }
 
+    /// The word that keeps it.
+    #[inline(always)]
+    pub fn word(self) -> U {
+        self.0
+    }
+
+    /// What such a word keeps.
+    #[inline(always)]
+    pub fn of_word(word: U) -> Self {
+        Self(word)
+    }
+
     /// The nearest to a number of at least 0, which does not round to infinity.
     #[inline(always)]
     fn nearest(root: <U::Lanes as Lanes>::D) -> Self {
@@ -111,15 +123,14 @@ fn ratio<F: Float>(other: PdfArea<F>, own: PdfArea<F>) -> <F::Lanes as Lanes>::D
 impl RunningSum {
     /// Whether there is anything to sum.
     #[inline]
-    pub(super) fn is_empty(&self) -> bool {
+    pub fn is_empty(&self) -> bool {
         self.counts.is_empty()
     }
 
     /// R_j from R_{j−1}: `other` and `own` are the densities of the subpath's vertex j, counted from 0, from the other
-    /// side and from its own, and `connects` is how many times its j-th edge, between the vertices j−1 and j, counts as
-    /// one that can be connected (the table's count apart).
+    /// side and from its own; for `connects` see [`Beginning::connects`].
     #[inline(always)]
-    pub(super) fn next<F: Float>(
+    pub fn next<F: Float>(
         &self,
         j: usize,
         [other, own]: [PdfArea<F>; 2],
@@ -135,6 +146,38 @@ impl RunningSum {
         let some = zero.lt(ratio) & zero.lt(all);
         let next = RivalSum::<<F::Lanes as Lanes>::U>::nearest(ratio * all);
         RivalSum(some.select(next.0, lanes.splat_u(0)))
+    }
+}
+
+/// What the first two edges of a subpath count as in its running sums.
+#[derive(Clone, Copy, Debug)]
+pub struct Beginning<F = f32> {
+    /// Of a light subpath: 1 if a ray can meet its light, else 0. The camera's table has no such count.
+    pub hittable: F,
+    /// Of a light subpath with two vertices or more: see [`Densities::next_event_ratio`]. The camera's first edge has
+    /// the ratio 1.
+    pub next_event_ratio: F,
+}
+
+impl<F: Float> Beginning<F> {
+    /// One that changes no count.
+    #[inline(always)]
+    pub fn plain(lanes: F::Lanes) -> Self {
+        Self { hittable: lanes.splat(1.0), next_event_ratio: lanes.splat(1.0) }
+    }
+
+    /// How many times the j-th edge, between the vertices j−1 and j, counts as one that can be connected, the table's
+    /// count apart. `is_delta` says it of these two vertices, the j-th first.
+    #[inline(always)]
+    pub fn connects(&self, j: usize, is_delta: [<F::Lanes as Lanes>::M; 2]) -> F {
+        let lanes = self.hittable.lanes();
+        let [here, before] = is_delta;
+        match j {
+            0 => self.hittable,
+            // The edge to p_n is that of next-event estimation.
+            1 => here.select(lanes.splat(0.0), self.next_event_ratio),
+            _ => (here | before).select(lanes.splat(0.0), lanes.splat(1.0)),
+        }
     }
 }
 

@@ -3,11 +3,12 @@
 use glam::{Vec2, Vec3};
 
 use super::{
-    RivalSum, Roulette, RunningSum, Step,
+    Beginning, RivalSum, Roulette, RunningSum, Step,
     absorption::walked_transmittance,
     departure::{Departure, Rules},
 };
 use crate::{
+    lanes::One,
     sampling::{Block, Chance, PdfArea, PdfSolidAngle, Sampler},
     scene::{
         Scene, Traced,
@@ -28,10 +29,7 @@ pub struct Subpath {
     /// What [`Roulette::ByThroughput`] compares with: the largest channel that the prefix would have, had every step
     /// kept everything.
     whole: f32,
-    /// Of a light subpath with two vertices or more: see [`super::Densities::next_event_ratio`].
-    next_event_ratio: f32,
-    /// Of a light subpath: 1 if a ray can meet its light, else 0.
-    hittable: f32,
+    beginning: Beginning,
     rivals: RunningSum,
     /// Where the scene has media: what the walk is in.
     inside: Inside,
@@ -61,8 +59,7 @@ impl Subpath {
             len: 0,
             directions: Directions::Bsdf,
             whole: 1.0,
-            next_event_ratio: 1.0,
-            hittable: 1.0,
+            beginning: Beginning::plain(One),
             rivals: RunningSum::default(),
             inside: Inside::NOTHING,
             inside_at_second: None,
@@ -116,7 +113,7 @@ impl Subpath {
     /// See [`super::Densities::next_event_ratio`]: for this light subpath's own p_n and p_{n−1}.
     #[inline]
     pub fn next_event_ratio(&self) -> f32 {
-        self.next_event_ratio
+        self.beginning.next_event_ratio
     }
 
     /// Walks from the lens through `raster`, to at most `vertices` vertices. Where a ray leaves the scene, an
@@ -212,7 +209,7 @@ impl Subpath {
         sampler: &mut impl Sampler,
     ) {
         self.len = 0;
-        self.next_event_ratio = 1.0;
+        self.beginning = Beginning::plain(One);
         if vertices == 0 {
             return;
         }
@@ -220,7 +217,7 @@ impl Subpath {
         let (position, direction, choice) = (sampler.next_square(), sampler.next_2d(), sampler.next_choice());
         let Some(emission) = scene.sample_emission(choice, position, direction) else { return };
         let p = emission.point;
-        self.hittable = f32::from(p.light.is_some_and(|id| scene.lights().is_hittable(id)));
+        self.beginning.hittable = f32::from(p.light.is_some_and(|id| scene.lights().is_hittable(id)));
         self.push(Step::first(p, emission.pdf_position));
         let leaves = emission.pdf_direction > PdfSolidAngle::ZERO && p.alpha > 0.0;
         if vertices == 1 || !leaves {
@@ -246,7 +243,7 @@ impl Subpath {
             if way.transport == Transport::Importance && self.len == 2 {
                 let [end, before] = [&self.room[0], &self.room[1]];
                 let next_event = scene.lights().pdf_next_event(&end.vertex.point, &before.vertex.point);
-                self.next_event_ratio = next_event.0 / end.pdf_fwd.0;
+                self.beginning.next_event_ratio = next_event.0 / end.pdf_fwd.0;
             }
             if self.len == way.vertices as usize {
                 return;
@@ -338,19 +335,14 @@ impl Subpath {
         if self.rivals.is_empty() {
             return;
         }
-        // How many times the edge towards it counts as one that can be connected, and the sum up to there.
-        let (connects, before) = match self.steps() {
-            // p_n alone: what hits it. The camera's table has no such count.
-            [_, _] => (self.hittable, RivalSum::ZERO),
-            // The edge to p_n is that of next-event estimation; the camera's first has the ratio 1.
-            [from, to, _] if !to.vertex.is_delta() => (self.next_event_ratio, from.rivals),
-            [.., from, to, _] if !(from.vertex.is_delta() || to.vertex.is_delta()) => (1.0, from.rivals),
-            [.., from, _, _] => (0.0, from.rivals),
-            _ => return,
+        let [.., from, _] = self.steps() else { return };
+        let (j, densities) = (self.len - 2, [from.pdf_rev, from.pdf_fwd]);
+        let (before_is_delta, before) = match self.steps() {
+            [.., before, _, _] => (before.vertex.is_delta(), before.rivals),
+            _ => (false, RivalSum::ZERO),
         };
-        let j = self.len - 2;
-        let Step { pdf_fwd, pdf_rev, .. } = self.room[j];
-        self.room[j].rivals = self.rivals.next(j, [pdf_rev, pdf_fwd], connects, before);
+        let connects = self.beginning.connects(j, [from.vertex.is_delta(), before_is_delta]);
+        self.room[j].rivals = self.rivals.next(j, densities, connects, before);
     }
 
     /// Samples how the walk leaves its last vertex, and fills in what that decides: the vertex's lobe and its

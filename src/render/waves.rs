@@ -15,9 +15,8 @@ use super::{
 };
 use crate::{
     film::{Half, TileSums},
-    integrator::{Starts, Wave},
+    integrator::{Connects, Starts, Wave},
     lanes::{Instructions, Lanes},
-    scene::bsdf::Transport,
 };
 
 /// How many paths a thread computes at once. No image depends on it.
@@ -70,13 +69,13 @@ impl<'a> Renderer<'a> {
     pub(super) fn waves(&self) -> Option<Instructions> {
         let plain = self.layers.is_none() && self.alpha_sums.is_none();
         let lanes = !matches!(self.lanes, Instructions::Portable);
-        (plain && lanes && self.way.is_some()).then_some(self.lanes)
+        (plain && lanes && self.waves_serve).then_some(self.lanes)
     }
 
     /// One pass, with a wave for each tile.
     pub(super) fn pass_in_waves(&self, lanes: Instructions, half: Half) {
         let image = PaddedImage { sensor: self.scene.camera.sensor(), side: PaddedImage::TILE_OF_WAVES };
-        let from_camera = self.way == Some(Transport::Radiance);
+        let from_camera = self.integrator.walks_from_camera();
         self.scene.prepare_waves();
         image.tiles().into_par_iter().for_each_init(
             || (Starts::default(), Wave::default(), TileSums::default()),
@@ -87,13 +86,9 @@ impl<'a> Renderer<'a> {
                 starts.clear();
                 let mut samples = 0;
                 for pixel in image.tile_in_squares(tile) {
-                    let serves_crop = self.serves_crop(pixel);
-                    samples += u64::from(serves_crop);
-                    // Light lands anywhere, wherever it is numbered.
-                    let starts_here = if from_camera { serves_crop } else { pixel.is_inside(image.sensor) };
-                    if starts_here {
-                        starts.push(pixel.corner(), pixel.key());
-                    }
+                    let stage = self.light_stage(pixel);
+                    samples += u64::from(stage.connects == Connects::Yes);
+                    starts.push(pixel.corner(), pixel.key(), stage);
                 }
                 let destination = Destination::Film { half, keep: None };
                 let rays = Rays::default();
@@ -123,8 +118,7 @@ impl<'a> Renderer<'a> {
 
     #[inline(always)]
     fn wave<L: Lanes>(&self, lanes: L, starts: &mut Starts, wave: &mut Wave, sink: &mut TaskSink) {
-        let Some(transport) = self.way else { return };
-        let numbers = (transport, self.settings.sampler, self.settings.seed, self.passes.end);
+        let numbers = (self.settings.sampler, self.settings.seed, self.passes.end);
         self.integrator.estimate_in_waves(lanes, self.scene, numbers, starts, wave, sink);
     }
 }

@@ -1,21 +1,22 @@
-//! What a wave of walks from the camera does: it starts at the lens, hits lights, and takes next-event estimates.
+//! What a wave of walks from the camera does: it starts at the lens, hits lights, takes next-event estimates, and
+//! connects its vertices to those of light subpaths.
 
 use glam::Vec3;
 
 use super::{
-    Stage, Starts, WaveSink, count, deposit,
-    queue::{Connection, Connections, DELTA, INSIDE, Walk, Walks},
-    words,
+    CameraEnd, Queues, Stage, Starts, WaveSink, deposit,
+    queue::{CONNECTS, INSIDE, Walk, Walks, has},
+    store::{Kind, LightEnd, VertexStore},
 };
 use crate::{
     integrator::Integrator,
     lanes::{Float, Lanes, MOST, Mask, Unsigned, Vector},
     math::Rgb,
-    path::{Around, Departure, Joint, RivalSum, Step, Strategy, Tail, are_directions, is_hittable},
+    path::{Departure, Joint, RivalSum, Step, Strategy, Tail, is_hittable},
     sampling::{Block, Choice, Numbers, PdfArea, Sampler, Square, Stream, warp},
     scene::{
         bsdf::Bsdfs,
-        geometry::{PrimitiveId, Ray},
+        geometry::PrimitiveId,
         light::Receiver,
         media::Inside,
         point::{Place, Point},
@@ -29,14 +30,13 @@ impl Integrator {
         &self,
         stage: Stage<'_, L>,
         sample: u32,
-        starts: &mut Starts,
+        starts: &Starts,
         (walks, inside): (&mut Walks, &mut Vec<Inside>),
     ) {
         let Stage { lanes, scene, kind, seed, .. } = stage;
         let camera = &scene.camera;
         let lens = stage.lens();
         let p = &lens.vertex.point;
-        starts.pad();
         walks.0.clear(starts.len);
         let mut outside = true;
         if let Some(media) = scene.media() {
@@ -46,7 +46,7 @@ impl Integrator {
             inside.clear();
             inside.resize(starts.len, start);
         }
-        let [nothing, _] = PrimitiveId::NONE.words();
+        let ([nothing, _], one) = (PrimitiveId::NONE.words(), lanes.splat(1.0));
         let nothing = lanes.splat_u(nothing);
         for i in (0..starts.len).step_by(L::N) {
             let corner = [lanes.load(&starts.corners[0][i..]), lanes.load(&starts.corners[1][i..])];
@@ -64,13 +64,17 @@ impl Integrator {
                 position: p.position,
                 normal: p.normal,
                 primitive: [nothing; 2],
+                pdf_fwd: lens.pdf_fwd,
+                rivals: RivalSum::none(lanes),
+                next_event_ratio: one,
                 flags: lanes.splat_u(if outside { 0 } else { INSIDE }),
                 raster,
                 scrambles: [kept[0], kept_for_connections[0]],
                 index: kept[1],
                 number: lanes.whole_numbers(|k| (i + k) as u32),
             };
-            walks.push(&walk, some & lanes.first(starts.len - i));
+            let connects = has(lanes.load_u(&starts.flags[i..]), CONNECTS);
+            walks.push(&walk, some & connects & lanes.first(starts.len - i));
         }
     }
 
@@ -95,8 +99,10 @@ impl Integrator {
         }
         let Some(joint) = Joint::hit(scene, from, here) else { return };
         let contribution = joint.contribution(here.beta, None);
-        let value = contribution.times(self.share(stage, strategy, walk, &joint, here, (end, here.pdf_fwd)));
-        let value = value.channels().all();
+        let z = CameraEnd { step: here, tail: walk.tail(here), raster: walk.raster };
+        let nothing = Tail::of_one(here.pdf_fwd);
+        let share = self.share(stage, strategy, &joint, &z, (end, &nothing, is_hittable(scene, end)));
+        let value = contribution.times(share).channels().all();
         let (x, y) = (walk.raster[0].all(), walk.raster[1].all());
         for k in (lights & !contribution.is_black()).lanes() {
             for _ in 0..times {
@@ -105,7 +111,8 @@ impl Integrator {
         }
     }
 
-    /// s = 1: next-event estimation at the vertices of the lanes `which`, up to the ray.
+    /// s ≥ 1: next-event estimation at the vertices of the lanes `which`, and their connections to the light vertices
+    /// of their own pixels, up to the rays.
     #[inline(always)]
     pub(super) fn connect<L: Lanes>(
         &self,
@@ -113,114 +120,74 @@ impl Integrator {
         walk: &Walk<L>,
         here: &Step<L, Bsdfs<L>>,
         which: L::M,
-        connections: &mut Connections,
+        queues: &mut Queues,
         sink: &mut impl WaveSink,
     ) {
-        let Stage { lanes, scene, vertices: t, .. } = stage;
-        let (samples, of_each) = (self.connections_of_each(stage), scene.lights().next_event_samples());
+        let Stage { lanes, vertices: t, .. } = stage;
         let which = which & here.vertex.point.bsdf.has_continuous(lanes);
-        if samples == 0 || !which.any() {
+        if !which.any() {
             return;
         }
-        for n in 0..samples {
-            let mut numbers = stage.numbers([walk.scrambles[1], walk.index], Stream::Connection, 0);
-            numbers.start(Block::repeated(t - 2, n));
-            let (square, choice) = (numbers.next_square(), numbers.next_choice_words());
-            let ends = Ends::sample(stage, here, which, (square, choice, n % of_each));
+        let samples = self.next_event_samples(stage);
+        let levels = queues.light_vertices.levels();
+        // One call for all: each would be a copy of what it does.
+        for n in 0..samples + 2 * levels.len() as u32 {
+            let (s, kind) = match n.checked_sub(samples) {
+                None => (1, None),
+                Some(i) => (levels.start + i / 2, Some(if i % 2 == 0 { Kind::Lambert } else { Kind::Other })),
+            };
+            let strategy = Strategy { s, t };
+            let times = if s == 1 { 1 } else { self.evaluated.multiplicity(strategy) };
+            if times == 0 {
+                continue;
+            }
+            let ends = match kind {
+                None => Ends::sample(stage, walk, here, which, n),
+                Some(kind) => Ends::kept(stage, &queues.light_vertices, (s, kind), walk, which),
+            };
             for place in [Place::Surface, Place::Degenerate, Place::Infinite] {
-                if let Some((end, which)) = ends.at(lanes, place) {
-                    self.next_event(stage, walk, [here, &end], which, connections, sink);
+                if let Some((end, which)) = ends.at(stage, place) {
+                    let z = CameraEnd { step: here, tail: walk.tail(here), raster: walk.raster };
+                    self.join(stage, strategy, (&z, &end), (which, times), &mut queues.connections, sink);
                 }
             }
         }
     }
 
-    /// The connection of the vertices of the lanes `which` with points of lights.
-    #[inline(always)]
-    pub(super) fn next_event<L: Lanes>(
-        &self,
-        stage: Stage<'_, L>,
-        walk: &Walk<L>,
-        [here, end]: [&Step<L, Bsdfs<L>>; 2],
-        which: L::M,
-        connections: &mut Connections,
-        sink: &mut impl WaveSink,
-    ) {
-        let Stage { lanes, scene, .. } = stage;
-        let strategy = stage.connecting();
-        let (z, y) = (&here.vertex.point, &end.vertex.point);
-        let ratio = end.pdf_fwd.0 / scene.lights().pdf_position(y).0;
-        let Some(joint) = Joint::connect(scene, strategy, [here, end], ratio) else { return };
-        let contribution = joint.contribution(here.beta, Some(end.beta));
-        let open = which & !contribution.is_black();
-        sink.shadow_rays(count(open));
-        let value = contribution.times(self.share(stage, strategy, walk, &joint, here, (y, end.pdf_fwd)));
-        let connection = Connection::<L> {
-            ray: Ray::joining(z, y),
-            primitives: [words(lanes, z), words(lanes, y)],
-            ends: [z.position, y.position],
-            value,
-            raster: walk.raster,
-        };
-        connections.push(&connection, open & !z.is_in_one_plane_with(y));
-    }
-
-    /// w/n of a path whose camera prefix ends at `here` and whose light is at `end`, where the technique has put it
-    /// with the density `pdf_end`.
-    #[inline(always)]
-    fn share<L: Lanes>(
-        &self,
-        Stage { lanes, scene, rivals, .. }: Stage<'_, L>,
-        strategy: Strategy,
-        walk: &Walk<L>,
-        joint: &Joint<L>,
-        here: &Step<L, Bsdfs<L>>,
-        (end, pdf_end): (&Point<L, Bsdfs<L>>, PdfArea<L::F>),
-    ) -> L::F {
-        let none = lanes.mask(0);
-        let is_delta = !(walk.flags & lanes.splat_u(DELTA)).eq(lanes.splat_u(0));
-        let of_camera = Tail { pdf_fwd: [here.pdf_fwd; 2], is_delta: [is_delta, none], rivals: RivalSum::none(lanes) };
-        let of_light = Tail { pdf_fwd: [pdf_end; 2], is_delta: [none; 2], rivals: RivalSum::none(lanes) };
-        let around = Around {
-            strategy,
-            joint,
-            camera: &of_camera,
-            light: &of_light,
-            light_is_hittable: is_hittable(scene, end),
-            ends_are_directions: are_directions(&here.vertex.point, end),
-        };
-        around.weight(rivals, &self.weighed) / lanes.splat(self.weighed.count(strategy))
+    /// How many next-event estimates a vertex takes.
+    pub(super) fn next_event_samples<L: Lanes>(&self, stage: Stage<'_, L>) -> u32 {
+        let strategy = Strategy { s: 1, t: stage.vertices };
+        self.evaluated.multiplicity(strategy) * stage.scene.lights().next_event_samples()
     }
 }
 
-/// A vertex on a light in each lane.
-type LightStep<L> = Step<L, Bsdfs<L>>;
-
-/// What next-event estimation has sampled.
-#[expect(clippy::large_enum_variant, reason = "neither is kept, and the usual one is the smaller")]
+/// To what the vertices of a group are connected.
+#[expect(clippy::large_enum_variant, reason = "none is kept, and the usual ones are the smaller")]
 enum Ends<L: Lanes> {
-    /// Points of few lights, and where there is one.
-    Plain(LightStep<L>, L::M),
+    /// Points of few lights, their densities, and where there is one.
+    Plain(Point<L, Bsdfs<L>>, PdfArea<L::F>, L::M),
     /// Points of any lights, their densities, and a bit for each lane that has one.
     Any([Point; MOST], PdfArea<L::F>, u32),
+    /// Vertices of light subpaths, and where there is one.
+    Kept(LightEnd<L>, L::M),
 }
 
 impl<L: Lanes> Ends<L> {
-    /// A point of a light for each of the lanes `which`.
+    /// The `n`-th point of a light for each of the lanes `which`.
     #[inline(always)]
-    fn sample(
-        Stage { lanes, scene, .. }: Stage<'_, L>,
-        here: &Step<L, Bsdfs<L>>,
-        which: L::M,
-        (square, [high, low], nth): (Square<L::U>, [L::U; 2], u32),
-    ) -> Self {
+    fn sample(stage: Stage<'_, L>, walk: &Walk<L>, here: &Step<L, Bsdfs<L>>, which: L::M, n: u32) -> Self {
+        let Stage { lanes, scene, vertices: t, .. } = stage;
+        let mut numbers = stage.numbers([walk.scrambles[1], walk.index], Stream::Connection, 0);
+        numbers.start(Block::repeated(t - 2, n));
+        let (square, [high, low]) = (numbers.next_square(), numbers.next_choice_words());
         if let Some(lights) = scene.few_lights() {
             let (triangle, density) = lights.choose([high, low]);
             let (point, plain) = scene.plain_points(lanes, which, triangle, warp::triangle(square.coordinates()));
             let some = which & plain & lanes.splat(0.0).lt(density);
-            return Self::Plain(Step::next_event(point, PdfArea(density)), some);
+            return Self::Plain(point, PdfArea(density), some);
         }
         let receivers = Receiver::all(&here.vertex.point);
+        let nth = n % scene.lights().next_event_samples();
         let (high, low, u, v) = (high.all(), low.all(), square.0[0].all(), square.0[1].all());
         let (mut points, mut density, mut some) = ([Point::nowhere(Vec3::ZERO); MOST], [1.0; MOST], 0);
         for k in which.lanes() {
@@ -233,18 +200,32 @@ impl<L: Lanes> Ends<L> {
         Self::Any(points, PdfArea(lanes.load(&density)), some)
     }
 
+    /// The s-th light vertices of this kind.
+    #[inline(always)]
+    fn kept(
+        Stage { lanes, .. }: Stage<'_, L>,
+        vertices: &VertexStore,
+        (s, kind): (u32, Kind),
+        walk: &Walk<L>,
+        which: L::M,
+    ) -> Self {
+        let which = vertices.which(lanes, s, kind, walk.number, which);
+        Self::Kept(vertices.get(lanes, s, kind, walk.number, which), which)
+    }
+
     /// Those that are such `place`s, and where there is one.
     #[inline(always)]
-    fn at(&self, lanes: L, place: Place) -> Option<(LightStep<L>, L::M)> {
+    fn at(&self, Stage { lanes, scene, .. }: Stage<'_, L>, place: Place) -> Option<(LightEnd<L>, L::M)> {
+        let of_light = |point, pdf, which| (LightEnd::next_event(scene, point, pdf), which);
         match self {
-            Self::Plain(end, some) => (place == Place::Surface && some.any()).then_some((*end, *some)),
-            Self::Any(points, density, some) => {
-                let which = lanes.condition(|k| some >> k & 1 == 1 && points[k].place == place);
-                if !which.any() {
-                    return None;
-                }
-                Some((Step::next_event(Point::of_each(lanes, which, place, |k| &points[k]), *density), which))
+            Self::Plain(point, pdf, some) => {
+                (place == Place::Surface && some.any()).then(|| of_light(*point, *pdf, *some))
             }
+            Self::Any(points, pdf, some) => {
+                let which = lanes.condition(|k| some >> k & 1 == 1 && points[k].place == place);
+                which.any().then(|| of_light(Point::of_each(lanes, which, place, |k| &points[k]), *pdf, which))
+            }
+            Self::Kept(end, some) => (place == Place::Surface && some.any()).then_some((*end, *some)),
         }
     }
 }

@@ -1,18 +1,20 @@
 //! What a wave of walks from lights does: it starts on them, and connects every vertex to the lens.
 
+use glam::Vec3;
+
 use super::{
-    Stage, Starts, Wave, WaveSink, count,
-    queue::{Connection, Connections, INSIDE, Walk, flag_of},
+    CameraEnd, Queues, Stage, Starts, Wave, WaveSink,
+    queue::{Connections, HITTABLE, INSIDE, SPLATS, Walk, Walks, flag, flag_of, has},
+    store::LightEnd,
     words,
 };
 use crate::{
     integrator::Integrator,
     lanes::{Float, Lanes, MOST, Mask, Select, Unsigned},
-    path::{Around, Departure, Joint, RivalSum, Step, Tail, are_directions, is_hittable},
+    path::{Departure, RivalSum, Step, Strategy, Tail, is_hittable},
     sampling::{Block, Choice, Numbers, PdfArea, PdfSolidAngle, Sampler, Square, Stream},
     scene::{
         bsdf::Bsdfs,
-        geometry::Ray,
         light::Emission,
         media::Inside,
         point::{Place, Point},
@@ -33,25 +35,32 @@ impl Integrator {
         &self,
         stage: Stage<'_, L>,
         sample: u32,
-        starts: &mut Starts,
+        starts: &Starts,
         wave: &mut Wave,
         sink: &mut impl WaveSink,
     ) {
         let Stage { lanes, kind, seed, .. } = stage;
-        starts.pad();
-        wave.walks.0.clear(starts.len);
-        wave.connections.0.clear(starts.len * self.connections_of_each(stage) as usize);
-        wave.inside.clear();
-        wave.inside.resize(starts.len, Inside::NOTHING);
+        let Wave { walks, queues, .. } = wave;
+        walks.0.clear(starts.len);
+        queues.connections.0.clear(starts.len * self.connections_of_each(stage, &queues.light_vertices));
+        queues.inside.clear();
+        queues.inside.resize(starts.len, Inside::NOTHING);
+        queues.lights.clear();
+        if self.weighs_camera_walks() {
+            queues.lights.resize(starts.len, Point::nowhere(Vec3::ZERO));
+        }
         for i in (0..starts.len).step_by(L::N) {
             let key = lanes.load_u(&starts.keys[i..]);
+            let flags = lanes.load_u(&starts.flags[i..]);
             let kept = Numbers::<L>::keep(kind, seed, key, sample, Stream::Light);
-            let emissions = sample_emissions(stage, kept, lanes.first(starts.len - i));
+            let emissions = sample_emissions(stage, kept, stage.has_next(flags) & lanes.first(starts.len - i));
             for place in [Place::Surface, Place::Degenerate, Place::Infinite] {
                 let such = |k: usize| emissions.some >> k & 1 == 1 && emissions.of_lane[k].point.place == place;
                 let which = lanes.condition(such);
                 if which.any() {
-                    self.leave(stage, (i, kept), &emissions, (which, place), wave, sink);
+                    // The first vertex is there.
+                    let stage = Stage { vertices: 1, ..stage };
+                    self.leave(stage, (i, kept, flags), &emissions, (which, place), (walks, queues), sink);
                 }
             }
         }
@@ -62,97 +71,110 @@ impl Integrator {
     fn leave<L: Lanes>(
         &self,
         stage: Stage<'_, L>,
-        (at, kept): (usize, [L::U; 2]),
+        (at, kept, flags): (usize, [L::U; 2], L::U),
         emissions: &Emissions,
         (which, place): (L::M, Place),
-        wave: &mut Wave,
+        (walks, queues): (&mut Walks, &mut Queues),
         sink: &mut impl WaveSink,
     ) {
         let Stage { lanes, scene, .. } = stage;
         let of = |k: usize| &emissions.of_lane[k];
         let point = Point::of_each(lanes, which, place, |k| &of(k).point);
-        let first = Step::next_event(point, PdfArea(lanes.numbers(|k| of(k).pdf_position.0)));
+        let pdf_position = PdfArea(lanes.numbers(|k| of(k).pdf_position.0));
         let direction = lanes.vectors(|k| of(k).direction.to_array());
         let pdf = PdfSolidAngle(lanes.numbers(|k| of(k).pdf_direction.0));
-        self.splat(stage, &first, which, &mut wave.connections, sink);
+        let (is_hittable, one) = (is_hittable(scene, &point), lanes.splat(1.0));
+        let first = LightEnd {
+            step: Step::next_event(point, pdf_position),
+            tail: Tail::of_one(pdf_position),
+            is_hittable,
+            next_event_ratio: one,
+        };
+        self.splat(stage, &first, which & has(flags, SPLATS), &mut queues.connections, sink);
         let zero = lanes.splat(0.0);
-        let leaves = which & zero.lt(pdf.0) & zero.lt(point.alpha);
-        if stage.most == 1 || !leaves.any() {
+        let leaves = which & stage.has_next(flags) & zero.lt(pdf.0) & zero.lt(point.alpha);
+        if !leaves.any() {
             return;
         }
         let has_origin = lanes.condition(|k| of(k).origin.is_some());
         let far = lanes.vectors(|k| of(k).origin.unwrap_or_default().to_array());
         let origin = has_origin.select(far, point.ray_origin(direction));
-        let departure = Departure::from_light(scene, &first, direction, pdf, origin);
+        let departure = Departure::from_light(scene, &first.step, direction, pdf, origin);
         let mut inside = 0;
-        if let Some(media) = scene.media() {
-            for k in leaves.lanes() {
-                let start = &mut wave.inside[at + k];
+        for k in leaves.lanes() {
+            if let Some(light) = queues.lights.get_mut(at + k) {
+                *light = of(k).point;
+            }
+            if let Some(media) = scene.media() {
+                let start = &mut queues.inside[at + k];
                 start.start_at_light(scene, media, of(k));
                 inside |= u32::from(!start.is_nothing()) << k;
             }
         }
+        let is_inside = flag(lanes, INSIDE, lanes.mask(inside));
         let walk = Walk::<L> {
             departure,
             whole: departure.beta.max_element(),
             position: point.position,
             normal: point.normal,
             primitive: words(lanes, &point),
-            flags: lanes.mask(inside).select(lanes.splat_u(INSIDE), lanes.splat_u(0)) | lanes.splat_u(flag_of(place)),
+            pdf_fwd: pdf_position,
+            rivals: RivalSum::none(lanes),
+            next_event_ratio: one,
+            flags: flags | is_inside | flag(lanes, HITTABLE, is_hittable) | lanes.splat_u(flag_of(place)),
             raster: [zero; 2],
             scrambles: [kept[0]; 2],
             index: kept[1],
             number: lanes.whole_numbers(|k| (at + k) as u32),
         };
-        wave.walks.push(&walk, leaves);
+        walks.push(&walk, leaves);
     }
 
-    /// t = 1: the connections of the vertices of the lanes `which` to the lens, up to the ray.
+    /// Whether weights see what next-event estimation would do.
+    pub(super) fn weighs_camera_walks(&self) -> bool {
+        self.weighed.camera_vertices() > 0
+    }
+
+    /// At the second vertex of walks that have come `from` such a place: the ratio of the two densities of their
+    /// lights.
+    #[inline(always)]
+    pub(super) fn next_event_ratio<L: Lanes>(
+        &self,
+        Stage { lanes, scene, .. }: Stage<'_, L>,
+        walk: &Walk<L>,
+        (place, which): (Place, L::M),
+        here: &Step<L, Bsdfs<L>>,
+        lights: &[Point],
+    ) -> L::F {
+        if !self.weighs_camera_walks() {
+            return walk.next_event_ratio;
+        }
+        let number = which.select(walk.number, lanes.splat_u(0)).all();
+        let end = Point::of_each(lanes, which, place, |k| &lights[number[k] as usize]);
+        scene.lights().pdf_next_event(&end, &here.vertex.point).0 / walk.pdf_fwd.0
+    }
+
+    /// t = 1: the connections of the ends of the lanes `which` to the lens, up to the rays.
     #[inline(always)]
     pub(super) fn splat<L: Lanes>(
         &self,
         stage: Stage<'_, L>,
-        here: &Step<L, Bsdfs<L>>,
+        end: &LightEnd<L>,
         which: L::M,
         connections: &mut Connections,
         sink: &mut impl WaveSink,
     ) {
-        let Stage { lanes, scene, rivals, .. } = stage;
-        let strategy = stage.connecting();
-        let (y, one, none) = (&here.vertex.point, lanes.splat(1.0), lanes.mask(0));
+        let strategy = Strategy { s: stage.vertices, t: 1 };
         // (1,1) does not show points and suns, which have no extent on the image.
-        let which = if strategy.s == 1 { which & is_hittable(scene, y) } else { which };
-        let samples = self.connections_of_each(stage);
-        if samples == 0 || !which.any() {
+        let which = if strategy.s == 1 { which & end.is_hittable } else { which };
+        let times = self.evaluated.multiplicity(strategy);
+        if times == 0 || !which.any() {
             return;
         }
-        let z = stage.lens();
-        let Some(joint) = Joint::connect(scene, strategy, [&z, here], one) else { return };
-        let Some(raster) = joint.raster else { return };
-        let contribution = joint.contribution(z.beta, Some(here.beta));
-        let open = which & !contribution.is_black();
-        sink.shadow_rays(count(open) * samples as usize);
-        let tail = |pdf| Tail { pdf_fwd: [pdf; 2], is_delta: [none; 2], rivals: RivalSum::none(lanes) };
-        let around = Around {
-            strategy,
-            joint: &joint,
-            camera: &tail(z.pdf_fwd),
-            light: &tail(here.pdf_fwd),
-            light_is_hittable: if strategy.s == 1 { is_hittable(scene, y) } else { none },
-            ends_are_directions: are_directions(&z.vertex.point, y),
-        };
-        let share = around.weight(rivals, &self.weighed) / lanes.splat(self.weighed.count(strategy));
-        let lens = &z.vertex.point;
-        let connection = Connection::<L> {
-            ray: Ray::joining(lens, y),
-            primitives: [words(lanes, lens), words(lanes, y)],
-            ends: [lens.position, y.position],
-            value: contribution.times(share),
-            raster,
-        };
-        for _ in 0..samples {
-            connections.push(&connection, open & !lens.is_in_one_plane_with(y));
-        }
+        let lens = stage.lens();
+        let nowhere = [stage.lanes.splat(0.0); 2];
+        let z = CameraEnd { step: &lens, tail: Tail::of_one(lens.pdf_fwd), raster: nowhere };
+        self.join(stage, strategy, (&z, end), (which, times), connections, sink);
     }
 }
 

@@ -6,17 +6,23 @@
 //! numbers are those of [`Integrator::estimate_from_camera`], bit by bit, and so is every deposit.
 
 mod camera;
+mod join;
 mod light;
 mod queue;
+mod store;
 
 use glam::Vec3;
 
-use self::queue::{Connections, DELTA, INSIDE, Walk, Walks};
-use super::{Integrator, estimator::has_a_place};
+use self::{
+    join::CameraEnd,
+    queue::{CONNECTS, Connections, DELTA, DELTA_BEFORE, HITTABLE, INSIDE, SPLATS, Walk, Walks, flag, has},
+    store::{LightEnd, VertexStore},
+};
+use super::{Connects, Integrator, LightStage, Splats, estimator::has_a_place};
 use crate::{
     lanes::{Float, Lanes, MOST, Mask, Select, Unsigned, Vector},
     math::Rgb,
-    path::{Rivals, Rules, Step, Strategy, Techniques},
+    path::{Beginning, LightVertices, RivalSum, Rivals, Rules, Step, Strategy},
     sampling::{Block, Chance, Numbers, PdfArea, Sampler, SamplerKind, Stream},
     scene::{
         Scene,
@@ -50,14 +56,23 @@ pub trait WaveSink {
 #[derive(Debug, Default)]
 pub struct Wave {
     walks: Walks,
-    /// Those that go on from the present vertex.
-    next: Walks,
     rays: Rays,
     hits: Hits,
-    connections: Connections,
     obstacles: Hits,
+    queues: Queues,
+}
+
+/// What the walks of a wave leave behind at a vertex.
+#[derive(Debug, Default)]
+struct Queues {
+    /// Those that go on from there.
+    next: Walks,
+    connections: Connections,
+    light_vertices: VertexStore,
     /// Of each walk what it is in, by its number; where the scene has media.
     inside: Vec<Inside>,
+    /// Of each walk from a light the point where it began, by its number; where weights ask for it.
+    lights: Vec<Point>,
 }
 
 /// Where walks begin: pixels of the padded image.
@@ -67,6 +82,8 @@ pub struct Starts {
     corners: [Vec<f32>; 2],
     /// What names them to a sampler.
     keys: Vec<u32>,
+    /// [`SPLATS`] and [`CONNECTS`].
+    flags: Vec<u32>,
     len: usize,
 }
 
@@ -77,14 +94,17 @@ impl Starts {
         x.clear();
         y.clear();
         self.keys.clear();
+        self.flags.clear();
         self.len = 0;
     }
 
-    /// Adds a pixel.
-    pub fn push(&mut self, corner: glam::Vec2, key: u32) {
+    /// Adds a pixel; one that connects has a walk from the camera, too.
+    pub fn push(&mut self, corner: glam::Vec2, key: u32, LightStage { connects, splats }: LightStage) {
+        let flag = |flag: u32, is_set: bool| if is_set { flag } else { 0 };
         self.corners[0].push(corner.x);
         self.corners[1].push(corner.y);
         self.keys.push(key);
+        self.flags.push(flag(CONNECTS, connects == Connects::Yes) | flag(SPLATS, splats == Splats::Yes));
         self.len += 1;
     }
 
@@ -103,11 +123,15 @@ impl Starts {
         let room = self.len.next_multiple_of(MOST);
         self.corners.iter_mut().for_each(|column| column.resize(room, 0.0));
         self.keys.resize(room, 0);
+        self.flags.resize(room, 0);
     }
 }
 
-/// The most connections of a vertex, for whose rays the queues of a wave have room.
-const MOST_CONNECTIONS: u32 = 16;
+/// The most samples that a strategy takes at a vertex, for whose rays the queues of a wave have room.
+const MOST_SAMPLES: u32 = 16;
+
+/// So many connections are collected before their rays are traced, or a few more.
+const CONNECTIONS: usize = 4096;
 
 /// Where all paths of a wave are, and how they go on from there.
 #[derive(Clone, Copy)]
@@ -121,8 +145,9 @@ struct Stage<'a, L> {
     seed: u64,
     /// The vertices of each subpath, the present one counted.
     vertices: u32,
-    /// The most that there may be in the end.
-    most: u32,
+    /// The most that a subpath from the camera has in the end, and that one from a light has for either end.
+    camera_vertices: u32,
+    light_vertices: LightVertices,
 }
 
 impl<L: Lanes> Stage<'_, L> {
@@ -150,117 +175,162 @@ impl<L: Lanes> Stage<'_, L> {
         Step::next_event(point, PdfArea(self.lanes.splat(camera.pdf_lens().0)))
     }
 
-    /// What found a connection.
-    fn connecting(&self) -> Strategy {
+    /// The most vertices that any subpath has in the end.
+    fn most(&self) -> u32 {
         match self.transport {
-            Transport::Radiance => Strategy { s: 1, t: self.vertices },
-            Transport::Importance => Strategy { s: self.vertices, t: 1 },
+            Transport::Radiance => self.camera_vertices,
+            Transport::Importance => self.light_vertices.connected.max(self.light_vertices.splatted),
+        }
+    }
+
+    /// The running sum up to the last vertex that `walk` has left, now that its `reverse` density is known.
+    #[inline(always)]
+    fn rivals_before(&self, walk: &Walk<L>, reverse: PdfArea<L::F>) -> RivalSum<L::U> {
+        let Self { lanes, rivals, transport, vertices, .. } = *self;
+        let sum = if transport == Transport::Radiance { &rivals.camera } else { &rivals.light };
+        if sum.is_empty() {
+            return walk.rivals;
+        }
+        let hittable = has(walk.flags, HITTABLE).select(lanes.splat(1.0), lanes.splat(0.0));
+        let beginning = Beginning { hittable, next_event_ratio: walk.next_event_ratio };
+        let j = vertices as usize - 2;
+        let connects = beginning.connects(j, [has(walk.flags, DELTA), has(walk.flags, DELTA_BEFORE)]);
+        sum.next(j, [reverse, walk.pdf_fwd], connects, walk.rivals)
+    }
+
+    /// Which walks with these flags have a further vertex in the table.
+    #[inline(always)]
+    fn has_next(&self, flags: L::U) -> L::M {
+        let all = |condition| self.lanes.mask(if condition { u32::MAX } else { 0 });
+        match self.transport {
+            Transport::Radiance => all(self.vertices < self.camera_vertices),
+            Transport::Importance => {
+                let LightVertices { connected, splatted } = self.light_vertices;
+                let connects = has(flags, CONNECTS) & all(self.vertices < connected);
+                connects | (has(flags, SPLATS) & all(self.vertices < splatted))
+            }
         }
     }
 }
 
 impl Integrator {
-    /// Which way the walks of a wave go that does what this integrator does in this scene; `None` if none can. That is
-    /// done path by path then, with the same result.
-    pub fn makes_waves(&self, scene: &Scene, kind: SamplerKind) -> Option<Transport> {
+    /// Whether waves do what this integrator does in this scene. If not, that is done path by path, with the same
+    /// result.
+    pub fn makes_waves(&self, scene: &Scene, kind: SamplerKind) -> bool {
+        let table = &self.evaluated;
         let plain = self.rivals.is_some()
-            && self.evaluated.splits() == 1
-            && self.evaluated.light_paths() == 1
+            && table.area() == 0
+            && table.splits() == 1
+            && table.light_paths() == 1
+            && table.shared_light_vertices().is_none()
             && self.connections.is_none()
             && !(scene.camera.has_aperture() || scene.camera.is_orthographic())
             && scene.is_all_there()
             && scene.absorbing_media().is_none();
-        // The table that weighs may be larger: a weight then sees vertices that a wave has forgotten.
-        let [evaluated, weighed] = [&self.evaluated, &self.weighed];
-        let all = |such: fn(Strategy) -> bool| {
-            let alone = |table: &Techniques| table.area() == 0 && table.strategies().all(such);
-            plain && evaluated.strategies().next().is_some() && alone(evaluated) && alone(weighed)
-        };
         let samples = scene.lights().next_event_samples();
-        let most = evaluated.strategies().map(|x| evaluated.multiplicity(x) * if x.s == 1 { samples } else { 1 }).max();
-        if most.is_none_or(|most| most > MOST_CONNECTIONS) {
-            None
-        } else if kind == SamplerKind::Sobol && all(|x| x.s <= 1 && x.t >= 2) {
-            // (Independent numbers would have to be counted: such a walk takes some at certain vertices only.)
-            Some(Transport::Radiance)
-        } else {
-            all(|x| x.t == 1).then_some(Transport::Importance)
-        }
+        let most = table.strategies().map(|x| table.multiplicity(x) * if x.s == 1 { samples } else { 1 }).max();
+        // Independent numbers would have to be counted: a walk from the camera takes some at certain vertices only.
+        let numbered = kind == SamplerKind::Sobol || table.camera_vertices() == 0;
+        plain && numbered && most.is_some_and(|most| most <= MOST_SAMPLES)
     }
 
-    /// One sample of each of some pixels: walks their subpaths from the camera or from lights, as
-    /// [`Self::makes_waves`] says, joins and deposits them by every strategy of the table, as
-    /// [`Self::estimate_from_camera`] and [`Self::estimate_from_light`] do path by path.
+    /// One sample of each of some pixels: walks their subpaths from lights and from the camera, joins and deposits them
+    /// by every strategy of the table, as [`Self::estimate_from_light`] and [`Self::estimate_from_camera`] do path by
+    /// path.
     #[inline(always)]
     pub fn estimate_in_waves<L: Lanes>(
         &self,
         lanes: L,
         scene: &Scene,
-        (transport, kind, seed, sample): (Transport, SamplerKind, u64, u32),
+        (kind, seed, sample): (SamplerKind, u64, u32),
         starts: &mut Starts,
         wave: &mut Wave,
         sink: &mut impl WaveSink,
     ) {
         let Some(rivals) = &self.rivals else { return };
-        let most = match transport {
-            Transport::Radiance => self.evaluated.camera_vertices(),
-            Transport::Importance => self.evaluated.light_vertices().splatted,
-        };
-        let mut stage = Stage { lanes, scene, rivals, transport, kind, seed, vertices: 1, most };
-        match transport {
-            Transport::Radiance => self.start_at_lens(stage, sample, starts, (&mut wave.walks, &mut wave.inside)),
-            Transport::Importance => {
-                self.start_at_lights(stage, sample, starts, wave, sink);
-                self.look(stage, wave, sink);
+        let (camera_vertices, light_vertices) = (self.evaluated.camera_vertices(), self.evaluated.light_vertices());
+        starts.pad();
+        wave.queues.light_vertices.clear(starts.len);
+        for transport in [Transport::Importance, Transport::Radiance] {
+            let mut stage =
+                Stage { lanes, scene, rivals, transport, kind, seed, vertices: 0, camera_vertices, light_vertices };
+            if stage.most() == 0 {
+                continue;
+            }
+            match transport {
+                Transport::Radiance => {
+                    self.start_at_lens(stage, sample, starts, (&mut wave.walks, &mut wave.queues.inside));
+                }
+                Transport::Importance => {
+                    self.start_at_lights(stage, sample, starts, wave, sink);
+                    self.look(stage, wave, sink);
+                }
+            }
+            for vertices in 2..=stage.most() {
+                if wave.walks.0.len() == 0 {
+                    break;
+                }
+                stage.vertices = vertices;
+                self.step(stage, wave, sink);
             }
         }
-        for vertices in 2..=most {
-            if wave.walks.0.len() == 0 {
-                return;
-            }
-            stage.vertices = vertices;
-            wave.walks.put_rays(&mut wave.rays);
-            scene.geometry().closest_of_each(&wave.rays, &mut wave.hits);
-            self.arrive(stage, wave, sink);
+    }
+
+    /// Takes all walks to their next vertex, and sees what is to be done there.
+    #[inline(always)]
+    fn step<L: Lanes>(&self, stage: Stage<'_, L>, wave: &mut Wave, sink: &mut impl WaveSink) {
+        wave.walks.put_rays(&mut wave.rays);
+        stage.scene.geometry().closest_of_each(&wave.rays, &mut wave.hits);
+        let len = wave.walks.0.len();
+        wave.queues.next.0.clear(len);
+        let of_each = self.connections_of_each(stage, &wave.queues.light_vertices);
+        let part = (CONNECTIONS / of_each.max(1)).next_multiple_of(MOST);
+        for from in (0..len).step_by(part) {
+            wave.queues.connections.0.clear(part.min(len) * of_each);
+            self.arrive(stage, from..len.min(from + part), wave, sink);
             self.look(stage, wave, sink);
-            std::mem::swap(&mut wave.walks, &mut wave.next);
         }
+        std::mem::swap(&mut wave.walks, &mut wave.queues.next);
     }
 
     /// Traces the rays of connections, and deposits what nothing blocks.
     #[inline(always)]
     fn look<L: Lanes>(&self, stage: Stage<'_, L>, wave: &mut Wave, sink: &mut impl WaveSink) {
-        let scene = stage.scene;
-        let Wave { connections, rays, obstacles, .. } = wave;
+        let Stage { scene, transport, vertices, .. } = stage;
+        let Wave { rays, obstacles, queues: Queues { connections, .. }, .. } = wave;
         if connections.0.len() == 0 {
             return;
         }
         connections.put_rays(rays);
         scene.geometry().obstacle_of_each(rays, obstacles);
+        let t = if transport == Transport::Radiance { vertices } else { 1 };
         for i in 0..connections.0.len() {
             let sees = match obstacles.get(i) {
                 None => true,
                 Some(hit) => scene.geometry().has_coincident() && connections.sees_despite(scene, i, &hit),
             };
             if sees {
-                let (value, raster) = connections.value(i);
-                deposit(sink, stage.connecting(), raster, value);
+                let (value, raster, s) = connections.value(i);
+                deposit(sink, Strategy { s, t }, raster, value);
             }
         }
     }
 
-    /// What happens at the vertex to which the rays have come.
+    /// What happens at the vertices to which the rays of some walks have come.
     #[inline(always)]
-    fn arrive<L: Lanes>(&self, stage: Stage<'_, L>, wave: &mut Wave, sink: &mut impl WaveSink) {
+    fn arrive<L: Lanes>(
+        &self,
+        stage: Stage<'_, L>,
+        these: std::ops::Range<usize>,
+        wave: &mut Wave,
+        sink: &mut impl WaveSink,
+    ) {
         let Stage { lanes, scene, .. } = stage;
-        let Wave { walks, next, hits, connections, inside, .. } = wave;
-        let len = walks.0.len();
-        next.0.clear(len);
-        connections.0.clear(len * self.connections_of_each(stage) as usize);
+        let Wave { walks, hits, queues, .. } = wave;
         let mut points = [Point::nowhere(Vec3::ZERO); MOST];
-        for i in (0..len).step_by(L::N) {
+        for i in these.clone().step_by(L::N) {
             let walk = walks.get(lanes, i);
-            let all = lanes.first(len - i);
+            let all = lanes.first(these.end - i);
             let mut met = hits.any(lanes, i) & all;
             let (in_world, index, b) = hits.places(lanes, i);
             let (point, plain) = scene.plain_points(lanes, met & in_world, index, b);
@@ -269,11 +339,11 @@ impl Integrator {
             let (mut which, mut point, mut met_others) = (plain, point, false);
             loop {
                 if which.any() {
-                    self.arrive_at(stage, &walk, (which, &point), next, connections, inside, sink);
+                    self.arrive_at(stage, &walk, (which, &point), queues, sink);
                 }
                 let others = met & !plain;
                 if !met_others && others.any() {
-                    which = lanes.mask(walks.arrive_each(scene, i, others, hits, inside, &mut points));
+                    which = lanes.mask(walks.arrive_each(scene, i, others, hits, &mut queues.inside, &mut points));
                     met = plain | which;
                     point = Point::of_each(lanes, which, Place::Surface, |k| &points[k]);
                 } else if missed(stage, point.place, all & !met) {
@@ -289,12 +359,17 @@ impl Integrator {
     }
 
     /// How many connections a vertex takes at most.
-    fn connections_of_each<L: Lanes>(&self, stage: Stage<'_, L>) -> u32 {
-        let samples = self.evaluated.multiplicity(stage.connecting());
-        match stage.transport {
-            Transport::Radiance => samples * stage.scene.lights().next_event_samples(),
-            Transport::Importance => samples,
-        }
+    fn connections_of_each<L: Lanes>(&self, stage: Stage<'_, L>, light_vertices: &VertexStore) -> usize {
+        let of = |s, t| self.evaluated.multiplicity(Strategy { s, t });
+        let connections = match stage.transport {
+            Transport::Radiance => {
+                let inner: u32 = light_vertices.levels().map(|s| of(s, stage.vertices)).sum();
+                self.next_event_samples(stage) + inner
+            }
+            // The lights themselves are the first.
+            Transport::Importance => of(stage.vertices.max(1), 1),
+        };
+        connections as usize
     }
 
     /// Where walks come from empty space to what is met first, of those in the lanes `plain` whose rays begin at the
@@ -326,15 +401,12 @@ impl Integrator {
 
     /// The same for the lanes `which` of a group.
     #[inline(always)]
-    #[expect(clippy::too_many_arguments, reason = "the queues are borrowed one by one")]
     fn arrive_at<L: Lanes>(
         &self,
         stage: Stage<'_, L>,
         walk: &Walk<L>,
         (which, point): (L::M, &Point<L, Bsdfs<L>>),
-        next: &mut Walks,
-        connections: &mut Connections,
-        inside: &mut [Inside],
+        queues: &mut Queues,
         sink: &mut impl WaveSink,
     ) {
         // Lights are of all kinds; all that comes after them lies on surfaces.
@@ -342,45 +414,55 @@ impl Integrator {
         for place in [Place::Surface, Place::Degenerate, Place::Infinite] {
             let which = if first { which & walk.leaves(place) } else { which };
             if (first || place == Place::Surface) && which.any() {
-                self.arrive_from(stage, walk, (place, which, point), next, connections, inside, sink);
+                self.arrive_from(stage, *walk, (place, which, point), queues, sink);
             }
         }
     }
 
     /// The same for lanes that come from such a `place`.
     #[inline(always)]
-    #[expect(clippy::too_many_arguments, reason = "the queues are borrowed one by one")]
     fn arrive_from<L: Lanes>(
         &self,
         stage: Stage<'_, L>,
-        walk: &Walk<L>,
+        mut walk: Walk<L>,
         (place, which, point): (Place, L::M, &Point<L, Bsdfs<L>>),
-        next: &mut Walks,
-        connections: &mut Connections,
-        inside: &mut [Inside],
+        queues: &mut Queues,
         sink: &mut impl WaveSink,
     ) {
-        let Stage { lanes, vertices, transport, .. } = stage;
+        let Stage { lanes, vertices, transport, light_vertices, .. } = stage;
         let from = walk.from(place);
         let here = Step::arriving(&walk.departure, &from, *point, lanes.splat(1.0));
         sink.walked(transport, count(which));
         match transport {
             Transport::Radiance => {
-                self.hit(stage, walk, &from, &here, which, sink);
+                self.hit(stage, &walk, &from, &here, which, sink);
                 if point.place == Place::Infinite {
                     return;
                 }
-                self.connect(stage, walk, &here, which, connections, sink);
+                self.connect(stage, &walk, &here, which, queues, sink);
             }
             Transport::Importance => {
+                if vertices == 2 {
+                    walk.next_event_ratio = self.next_event_ratio(stage, &walk, (place, which), &here, &queues.lights);
+                }
                 let which = which & here.vertex.point.bsdf.has_continuous(lanes);
-                self.splat(stage, &here, which, connections, sink);
+                let end = LightEnd {
+                    step: here,
+                    tail: walk.tail(&here),
+                    is_hittable: has(walk.flags, HITTABLE),
+                    next_event_ratio: walk.next_event_ratio,
+                };
+                self.splat(stage, &end, which & has(walk.flags, SPLATS), &mut queues.connections, sink);
+                let kept = which & has(walk.flags, CONNECTS);
+                if vertices <= light_vertices.connected && kept.any() {
+                    queues.light_vertices.put(vertices, &end, walk.number, kept);
+                }
             }
         }
-        if vertices == stage.most {
-            return;
+        let goes_on = which & stage.has_next(walk.flags);
+        if goes_on.any() {
+            self.scatter(stage, &walk, &here, goes_on, queues, sink);
         }
-        self.scatter(stage, walk, &here, which, (next, inside), sink);
     }
 
     /// How the walks of the lanes `which` leave their vertex.
@@ -391,7 +473,7 @@ impl Integrator {
         walk: &Walk<L>,
         here: &Step<L, Bsdfs<L>>,
         which: L::M,
-        (next, inside): (&mut Walks, &mut [Inside]),
+        Queues { next, inside, .. }: &mut Queues,
         sink: &mut impl WaveSink,
     ) {
         let Stage { lanes, vertices, transport, .. } = stage;
@@ -404,20 +486,26 @@ impl Integrator {
         let scattered = here.scatter(rules, vertices - 1, walk.whole, u, survive);
         sink.lost_to_sides(count(scattered.lost_to_sides & which));
         let (p, goes_on) = (&here.vertex.point, scattered.goes_on & which);
-        let mut is_inside = !(walk.flags & lanes.splat_u(INSIDE)).eq(lanes.splat_u(0));
+        let mut is_inside = has(walk.flags, INSIDE);
         // Lambertians let nothing through.
         if stage.scene.media().is_some() && matches!(p.bsdf, Bsdfs::Each(..)) {
             let through = p.normal.dot(scattered.departure.direction) * p.normal.dot(here.back.direction);
             is_inside = go_through(walk, goes_on, through.lt(lanes.splat(0.0)), inside);
         }
-        let flag = |condition: L::M, flag: u32| condition.select(lanes.splat_u(flag), lanes.splat_u(0));
+        let own = walk.flags & lanes.splat_u(SPLATS | CONNECTS | HITTABLE);
+        let flags = own
+            | flag(lanes, DELTA, scattered.is_delta)
+            | flag(lanes, DELTA_BEFORE, has(walk.flags, DELTA))
+            | flag(lanes, INSIDE, is_inside);
         let onwards = Walk {
             departure: scattered.departure,
             whole: scattered.whole,
             position: p.position,
             normal: p.normal,
             primitive: words(lanes, p),
-            flags: flag(scattered.is_delta, DELTA) | flag(is_inside, INSIDE),
+            pdf_fwd: here.pdf_fwd,
+            rivals: stage.rivals_before(walk, scattered.reverse),
+            flags,
             ..*walk
         };
         next.push(&onwards, goes_on);

@@ -1,10 +1,10 @@
 //! Queues: what a wave keeps of its paths between two stages, side by side.
 
 use crate::{
-    lanes::{Float, Lanes, MOST, Mask, Unsigned, Vector},
+    lanes::{Float, Lanes, MOST, Mask, Select, Unsigned, Vector},
     math::Rgb,
-    path::Departure,
-    sampling::PdfSolidAngle,
+    path::{Departure, RivalSum, Step, Strategy, Tail},
+    sampling::{PdfArea, PdfSolidAngle},
     scene::{
         Scene,
         bsdf::Bsdfs,
@@ -93,7 +93,12 @@ pub struct Walk<L: Lanes> {
     pub position: L::V,
     pub normal: L::V,
     pub primitive: [L::U; 2],
-    /// [`DELTA`], [`INSIDE`], [`flag_of`] its place.
+    /// The own-side density of its last vertex, and the running sum up to the one before.
+    pub pdf_fwd: PdfArea<L::F>,
+    pub rivals: RivalSum<L::U>,
+    /// Of a walk from a light, from its second vertex on: see [`Beginning`](crate::path::Beginning).
+    pub next_event_ratio: L::F,
+    /// [`DELTA`] and the other flags, and [`flag_of`] its last vertex's place.
     pub flags: L::U,
     /// Where on the image a walk from the camera began.
     pub raster: [L::F; 2],
@@ -109,6 +114,14 @@ pub struct Walk<L: Lanes> {
 pub const DELTA: u32 = 1;
 /// It goes through a body.
 pub const INSIDE: u32 = 2;
+/// Its pixel is one of the image: what it finds from a light is connected to the lens.
+pub const SPLATS: u32 = 16;
+/// A walk from the camera through its pixel is connected to what it finds from a light.
+pub const CONNECTS: u32 = 32;
+/// A ray can meet the light that it comes from.
+pub const HITTABLE: u32 = 64;
+/// Its last vertex but one passes a delta lobe.
+pub const DELTA_BEFORE: u32 = 128;
 
 /// What kind of place its last vertex is.
 pub fn flag_of(place: Place) -> u32 {
@@ -120,7 +133,30 @@ pub fn flag_of(place: Place) -> u32 {
     }
 }
 
+/// In which lanes a flag is set.
+#[inline(always)]
+pub fn has<U: Unsigned>(flags: U, flag: u32) -> <U::Lanes as Lanes>::M {
+    let lanes = flags.lanes();
+    !(flags & lanes.splat_u(flag)).eq(lanes.splat_u(0))
+}
+
+/// The flag where the condition holds.
+#[inline(always)]
+pub fn flag<L: Lanes>(lanes: L, flag: u32, condition: L::M) -> L::U {
+    condition.select(lanes.splat_u(flag), lanes.splat_u(0))
+}
+
 impl<L: Lanes> Walk<L> {
+    /// What a weight sees of it from `here` on, where it has come to.
+    #[inline(always)]
+    pub fn tail(&self, here: &Step<L, Bsdfs<L>>) -> Tail<L> {
+        Tail {
+            pdf_fwd: [here.pdf_fwd, self.pdf_fwd],
+            is_delta: [has(self.flags, DELTA), has(self.flags, DELTA_BEFORE)],
+            rivals: self.rivals,
+        }
+    }
+
     /// In which lanes the last vertex is such a place.
     #[inline(always)]
     pub fn leaves(&self, place: Place) -> L::M {
@@ -137,7 +173,7 @@ impl<L: Lanes> Walk<L> {
 
 /// Walks side by side.
 #[derive(Clone, Debug, Default)]
-pub struct Walks(pub Columns<20, 7>);
+pub struct Walks(pub Columns<22, 8>);
 
 impl Walks {
     #[inline(always)]
@@ -156,11 +192,14 @@ impl Walks {
             position: v(12),
             normal: v(15),
             raster: [x[18], x[19]],
+            pdf_fwd: PdfArea(x[20]),
+            next_event_ratio: x[21],
             primitive: [u[0], u[1]],
             flags: u[2],
             scrambles: [u[3], u[4]],
             index: u[5],
             number: u[6],
+            rivals: RivalSum::of_word(u[7]),
         }
     }
 
@@ -170,12 +209,12 @@ impl Walks {
         let ([a, b, c], [d, e, f]) = (origin.coordinates(), direction.coordinates());
         let ([g, h, i], [j, k, l]) = (beta.channels().coordinates(), walk.position.coordinates());
         let ([m, n, o], [x, y]) = (walk.normal.coordinates(), walk.raster);
-        let numbers = [a, b, c, d, e, f, pdf.0, g, h, i, survival, walk.whole, j, k, l, m, n, o, x, y];
-        let ([instance, primitive], [camera, connection]) = (walk.primitive, walk.scrambles);
-        self.0.push::<L>(
-            (numbers, [instance, primitive, walk.flags, camera, connection, walk.index, walk.number]),
-            which,
-        );
+        let (pdf_fwd, ratio) = (walk.pdf_fwd.0, walk.next_event_ratio);
+        let numbers = [a, b, c, d, e, f, pdf.0, g, h, i, survival, walk.whole, j, k, l, m, n, o, x, y, pdf_fwd, ratio];
+        let ([instance, primitive], [own, connection]) = (walk.primitive, walk.scrambles);
+        let rivals = walk.rivals.word();
+        let words = [instance, primitive, walk.flags, own, connection, walk.index, walk.number, rivals];
+        self.0.push::<L>((numbers, words), which);
     }
 
     /// The ray of the `at`-th.
@@ -267,21 +306,24 @@ pub struct Connection<L: Lanes> {
     pub value: Rgb<L::V>,
     /// Where.
     pub raster: [L::F; 2],
+    /// What has found it.
+    pub strategy: Strategy,
 }
 
 /// Connections side by side.
 #[derive(Clone, Debug, Default)]
-pub struct Connections(pub Columns<18, 4>);
+pub struct Connections(pub Columns<18, 5>);
 
 impl Connections {
     #[inline(always)]
     pub fn push<L: Lanes>(&mut self, connection: &Connection<L>, which: L::M) {
-        let Connection { ray, primitives: [[a, b], [c, d]], ends, value, raster: [x, y] } = connection;
+        let Connection { ray, primitives: [[a, b], [c, d]], ends, value, raster: [x, y], strategy } = connection;
         let ([i, j, k], [l, m, n]) = (ray.origin.coordinates(), ray.direction.coordinates());
         let [r, g, blue] = value.channels().coordinates();
         let [[o, p, q], [s, t, u]] = [ends[0].coordinates(), ends[1].coordinates()];
         let numbers = [i, j, k, l, m, n, ray.t_max, r, g, blue, *x, *y, o, p, q, s, t, u];
-        self.0.push::<L>((numbers, [*a, *b, *c, *d]), which);
+        let light_vertices = x.lanes().splat_u(strategy.s);
+        self.0.push::<L>((numbers, [*a, *b, *c, *d, light_vertices]), which);
     }
 
     /// All rays.
@@ -307,9 +349,9 @@ impl Connections {
         scene.sees_among_coincident(&ray, &end(v(12), primitives[0]), &end(v(15), primitives[1]))
     }
 
-    /// The value of the `at`-th and its place on the image.
-    pub fn value(&self, at: usize) -> (Rgb, [f32; 2]) {
+    /// The value of the `at`-th, its place on the image, and its s.
+    pub fn value(&self, at: usize) -> (Rgb, [f32; 2], u32) {
         let x = |i: usize| self.0.numbers[i][at];
-        (Rgb::new(x(7), x(8), x(9)), [x(10), x(11)])
+        (Rgb::new(x(7), x(8), x(9)), [x(10), x(11)], self.0.words[4][at])
     }
 }

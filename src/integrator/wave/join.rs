@@ -1,0 +1,89 @@
+//! How a wave joins prefixes: the connection of two vertices in each lane, its weight, and its ray.
+
+use super::{
+    Stage, WaveSink, count,
+    queue::{Connection, Connections},
+    store::LightEnd,
+    words,
+};
+use crate::{
+    integrator::Integrator,
+    lanes::Lanes,
+    path::{Around, Joint, Step, Strategy, Tail, are_directions, is_hittable},
+    sampling::PdfArea,
+    scene::{Scene, bsdf::Bsdfs, geometry::Ray, point::Point},
+};
+
+/// A camera prefix in each lane, as a connection to its last vertex sees it.
+#[derive(Clone, Copy, Debug)]
+pub struct CameraEnd<'a, L: Lanes> {
+    /// Its last vertex z_t.
+    pub step: &'a Step<L, Bsdfs<L>>,
+    /// What a weight sees from there on.
+    pub tail: Tail<L>,
+    /// Where on the image it began.
+    pub raster: [L::F; 2],
+}
+
+impl<L: Lanes> LightEnd<L> {
+    /// A point of a light alone, sampled with the density `pdf` as next-event estimation does.
+    #[inline(always)]
+    pub fn next_event(scene: &Scene, point: Point<L, Bsdfs<L>>, pdf: PdfArea<L::F>) -> Self {
+        Self {
+            step: Step::next_event(point, pdf),
+            tail: Tail::of_one(pdf),
+            is_hittable: is_hittable(scene, &point),
+            next_event_ratio: pdf.0 / scene.lights().pdf_position(&point).0,
+        }
+    }
+}
+
+impl Integrator {
+    /// Connects two prefixes in the lanes `which` by this strategy, so many times each, up to the rays.
+    #[inline(always)]
+    pub(super) fn join<L: Lanes>(
+        &self,
+        stage: Stage<'_, L>,
+        strategy: Strategy,
+        (z, y): (&CameraEnd<'_, L>, &LightEnd<L>),
+        (which, times): (L::M, u32),
+        connections: &mut Connections,
+        sink: &mut impl WaveSink,
+    ) {
+        let Stage { lanes, scene, .. } = stage;
+        let Some(joint) = Joint::connect(scene, strategy, [z.step, &y.step], y.next_event_ratio) else { return };
+        let contribution = joint.contribution(z.step.beta, Some(y.step.beta));
+        let open = which & !contribution.is_black();
+        sink.shadow_rays(count(open) * times as usize);
+        let (lens, end) = (&z.step.vertex.point, &y.step.vertex.point);
+        let share = self.share(stage, strategy, &joint, z, (end, &y.tail, y.is_hittable));
+        let connection = Connection::<L> {
+            ray: Ray::joining(lens, end),
+            primitives: [words(lanes, lens), words(lanes, end)],
+            ends: [lens.position, end.position],
+            value: contribution.times(share),
+            raster: joint.raster.unwrap_or(z.raster),
+            strategy,
+        };
+        let open = open & !lens.is_in_one_plane_with(end);
+        for _ in 0..times {
+            connections.push(&connection, open);
+        }
+    }
+
+    /// w/n of a path with this joint. Of the light's prefix: its last vertex, its tail, and whether a ray can meet its
+    /// light.
+    #[inline(always)]
+    pub(super) fn share<L: Lanes>(
+        &self,
+        Stage { lanes, rivals, .. }: Stage<'_, L>,
+        strategy: Strategy,
+        joint: &Joint<L>,
+        z: &CameraEnd<'_, L>,
+        (end, light, light_is_hittable): (&Point<L, Bsdfs<L>>, &Tail<L>, L::M),
+    ) -> L::F {
+        let ends_are_directions = are_directions(&z.step.vertex.point, end);
+        let around = Around { strategy, joint, camera: &z.tail, light, light_is_hittable, ends_are_directions };
+        around.weight(rivals, &self.weighed) / lanes.splat(self.weighed.count(strategy))
+    }
+}

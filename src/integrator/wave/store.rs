@@ -1,0 +1,207 @@
+//! The light vertices of a tile, to which walks from the camera are connected: the camera's stages come after all of
+//! the light's.
+
+use super::queue::{flag, has};
+use crate::{
+    lanes::{Float, Lanes, MOST, Mask, Record, Select, Unsigned, Vector},
+    math::Rgb,
+    path::{Edge, RivalSum, Step, Tail},
+    sampling::PdfArea,
+    scene::{
+        bsdf::{Bsdf, Bsdfs, Diffuse},
+        geometry::PrimitiveId,
+        point::{Place, Point},
+    },
+};
+
+/// A light prefix in each lane, as a connection to its last vertex sees it.
+#[derive(Clone, Copy, Debug)]
+pub struct LightEnd<L: Lanes> {
+    /// Its last vertex y_s.
+    pub step: Step<L, Bsdfs<L>>,
+    /// What a weight sees from there on.
+    pub tail: Tail<L>,
+    /// Whether a ray can meet its light.
+    pub is_hittable: L::M,
+    /// See [`Densities::next_event_ratio`](crate::path::Densities::next_event_ratio).
+    pub next_event_ratio: L::F,
+}
+
+/// Vertices by their number s, and by the number of the walk that has found them.
+#[derive(Clone, Debug, Default)]
+pub struct VertexStore {
+    /// The vertices with s = 2, 3, …
+    levels: Vec<Level>,
+    /// How many levels have a vertex.
+    used: usize,
+    walks: usize,
+}
+
+/// One vertex of each walk.
+#[derive(Clone, Debug, Default)]
+struct Level {
+    kinds: Vec<Kind>,
+    /// What [`rows`] makes of a vertex.
+    rows: [Vec<Record>; 2],
+    /// The BSDFs of [`Kind::Other`].
+    bsdfs: Vec<Bsdf>,
+}
+
+/// What a walk has at some s.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Kind {
+    /// No vertex that a connection could use.
+    Nothing,
+    /// A Lambertian one.
+    Lambert,
+    /// One of another BSDF.
+    Other,
+}
+
+impl VertexStore {
+    /// Forgets all, and makes room for the vertices of so many walks.
+    pub fn clear(&mut self, walks: usize) {
+        (self.used, self.walks) = (0, walks);
+    }
+
+    /// The s that some walk has a vertex of.
+    pub fn levels(&self) -> std::ops::Range<u32> {
+        2..self.used as u32 + 2
+    }
+
+    /// Keeps the s-th vertices of the walks of the lanes `which` with these numbers.
+    #[inline(always)]
+    pub fn put<L: Lanes>(&mut self, s: u32, end: &LightEnd<L>, number: L::U, which: L::M) {
+        let level = self.level(s);
+        let (number, rows) = (number.all(), rows(end));
+        let mut columns = [[[0.0; MOST]; 16]; 2];
+        for row in 0..2 {
+            for column in 0..16 {
+                columns[row][column] = rows[row][column].all();
+            }
+        }
+        let bsdf = end.step.vertex.point.bsdf.all();
+        let lambert = matches!(end.step.vertex.point.bsdf, Bsdfs::Diffuse(_));
+        for k in which.lanes() {
+            let number = number[k] as usize;
+            level.kinds[number] = if lambert { Kind::Lambert } else { Kind::Other };
+            if !lambert {
+                level.bsdfs[number] = bsdf(k);
+            }
+            for row in 0..2 {
+                for column in 0..16 {
+                    level.rows[row][number].0[column] = columns[row][column][k];
+                }
+            }
+        }
+    }
+
+    /// The level of an s that no level below is missing for.
+    #[inline(never)]
+    fn level(&mut self, s: u32) -> &mut Level {
+        let at = s as usize - 2;
+        while self.used <= at {
+            if self.levels.len() == self.used {
+                self.levels.push(Level::default());
+            }
+            let level = &mut self.levels[self.used];
+            level.kinds.clear();
+            level.kinds.resize(self.walks, Kind::Nothing);
+            level.rows.iter_mut().for_each(|rows| rows.resize(self.walks, Record([0.0; 16])));
+            level.bsdfs.resize(self.walks, Bsdf::Diffuse(Diffuse { albedo: Rgb::ZERO }));
+            self.used += 1;
+        }
+        &mut self.levels[at]
+    }
+
+    /// In which of the lanes `which` the walk with this number has an s-th vertex of this kind.
+    #[inline(always)]
+    pub fn which<L: Lanes>(&self, lanes: L, s: u32, kind: Kind, number: L::U, which: L::M) -> L::M {
+        let (kinds, number) = (&self.levels[s as usize - 2].kinds, number.all());
+        let mut bits = 0;
+        for k in which.lanes() {
+            bits |= u32::from(kinds[number[k] as usize] == kind) << k;
+        }
+        lanes.mask(bits)
+    }
+
+    /// The s-th vertices of the walks of the lanes `which` with these numbers, all of which are of this kind.
+    #[inline(always)]
+    pub fn get<L: Lanes>(&self, lanes: L, s: u32, kind: Kind, number: L::U, which: L::M) -> LightEnd<L> {
+        let level = &self.levels[s as usize - 2];
+        let number = which.select(number, lanes.splat_u(0));
+        let mut end = of_rows([lanes.records(&level.rows[0], number), lanes.records(&level.rows[1], number)]);
+        if kind == Kind::Other {
+            let number = number.all();
+            end.step.vertex.point.bsdf = Bsdfs::new(lanes, which, |k| &level.bsdfs[number[k] as usize]);
+        }
+        end
+    }
+}
+
+const DELTA: u32 = 1;
+const DELTA_BEFORE: u32 = 2;
+const HITTABLE: u32 = 4;
+
+/// What is kept of a vertex, number by number. Where waves go, all surfaces are there and nothing is between the
+/// vertices of a walk: α and V are 1.
+#[inline(always)]
+fn rows<L: Lanes>(end: &LightEnd<L>) -> [[L::F; 16]; 2] {
+    let LightEnd { step, tail, is_hittable, next_event_ratio } = end;
+    let (p, back) = (&step.vertex.point, &step.back);
+    let lanes = p.error.lanes();
+    let [a, b, c] = p.position.coordinates();
+    let [d, e, f] = p.normal.coordinates();
+    let [g, h, i] = p.shading_normal.coordinates();
+    let [j, k, l] = back.direction.coordinates();
+    let albedo =
+        if let Bsdfs::Diffuse(Diffuse { albedo }) = p.bsdf { albedo.channels() } else { lanes.splat_v([0.0; 3]) };
+    let [r, s, t] = albedo.coordinates();
+    let [u, v, w] = step.beta.channels().coordinates();
+    let primitive = |k| L::lane(&p.primitive, k).words();
+    let [x, y] = [lanes.whole_numbers(|k| primitive(k)[0]), lanes.whole_numbers(|k| primitive(k)[1])];
+    let [delta, before] = tail.is_delta;
+    let flags = flag(lanes, DELTA, delta) | flag(lanes, DELTA_BEFORE, before) | flag(lanes, HITTABLE, *is_hittable);
+    let ([pdf, before], rivals) = (tail.pdf_fwd, tail.rivals.word());
+    let (word, o) = (L::F::of_bits, lanes.splat(0.0));
+    [
+        [a, b, c, d, e, f, g, h, i, j, k, l, p.error, back.distance_squared, back.cos_a, back.cos_b],
+        [r, s, t, u, v, w, word(x), word(y), word(flags), word(rivals), pdf.0, before.0, *next_event_ratio, o, o, o],
+    ]
+}
+
+/// The vertex that is kept so.
+#[inline(always)]
+fn of_rows<L: Lanes>([p, q]: [[L::F; 16]; 2]) -> LightEnd<L> {
+    let lanes = p[0].lanes();
+    let one = lanes.splat(1.0);
+    let v = |row: &[L::F; 16], i: usize| L::V::new(row[i], row[i + 1], row[i + 2]);
+    let (flags, [instance, index]) = (q[8].to_bits(), [q[6].to_bits().all(), q[7].to_bits().all()]);
+    let point = Point {
+        shading_normal: v(&p, 6),
+        error: p[12],
+        primitive: lanes.each(|k| PrimitiveId::of_words([instance[k], index[k]])),
+        bsdf: Bsdfs::Diffuse(Diffuse { albedo: Rgb::of(v(&q, 0)) }),
+        ..Point::without_surface(v(&p, 0), v(&p, 3), Place::Surface)
+    };
+    let back = Edge {
+        direction: v(&p, 9),
+        distance_squared: p[13],
+        cos_a: p[14],
+        cos_b: p[15],
+        alpha_a: one,
+        alpha_b: one,
+        visibility: one,
+    };
+    let pdf_fwd = [PdfArea(q[10]), PdfArea(q[11])];
+    LightEnd {
+        step: Step { back, beta: Rgb::of(v(&q, 3)), ..Step::next_event(point, pdf_fwd[0]) },
+        tail: Tail {
+            pdf_fwd,
+            is_delta: [has(flags, DELTA), has(flags, DELTA_BEFORE)],
+            rivals: RivalSum::of_word(q[9].to_bits()),
+        },
+        is_hittable: has(flags, HITTABLE),
+        next_event_ratio: q[12],
+    }
+}
