@@ -5,7 +5,7 @@ use std::{
     ops::{Add, BitAnd, BitOr, BitXor, Div, Mul, Neg, Not, Shl, Shr, Sub},
 };
 
-use super::{Double, Float, Lanes, Mask, Record, Select, Three, Unsigned};
+use super::{Double, Float, Lanes, Mask, Record, Select, Three, Unsigned, Work};
 
 /// N lanes on any processor.
 #[derive(Clone, Copy, Debug)]
@@ -121,6 +121,10 @@ impl<const N: usize> Lanes for Arrays<N> {
     #[inline(always)]
     fn lane<T: Copy + Debug>(each: &[T; N], i: usize) -> T {
         each[i % N]
+    }
+    #[inline(always)]
+    fn call<W: Work>(self, work: W) -> W::Output {
+        work.work()
     }
 }
 

@@ -7,7 +7,7 @@ use std::{
     ops::{Add, BitAnd, BitOr, BitXor, Div, Mul, Neg, Not, Shl, Shr, Sub},
 };
 
-use super::{Double, Float, Lanes, Mask, Record, Select, Three, Unsigned, transpose::transposed_8};
+use super::{Double, Float, Lanes, Mask, Record, Select, Three, Unsigned, Work, transpose::transposed_8};
 
 /// Eight lanes, on a processor with `avx2`, `bmi1`, `bmi2`, `lzcnt` and `popcnt`.
 #[derive(Clone, Copy, Debug)]
@@ -177,6 +177,11 @@ impl Lanes for Eight {
     #[inline(always)]
     fn lane<T: Copy + Debug>(each: &[T; 8], i: usize) -> T {
         each[i % 8]
+    }
+    #[inline(always)]
+    fn call<W: Work>(self, work: W) -> W::Output {
+        // SAFETY: these lanes exist only where the processor has the instructions.
+        unsafe { compiled(work) }
     }
 }
 
@@ -482,4 +487,10 @@ impl Select<U> for M {
             _mm256_castps_si256(_mm256_blendv_ps(no, yes, self.0))
         })
     }
+}
+
+#[target_feature(enable = "avx2,bmi1,bmi2,lzcnt,popcnt")]
+#[inline(never)]
+fn compiled<W: Work>(work: W) -> W::Output {
+    work.work()
 }

@@ -7,7 +7,7 @@ use std::{
 };
 
 use super::{
-    Double, Eight, Float, Lanes, Mask, Record, Select, Three, Unsigned,
+    Double, Eight, Float, Lanes, Mask, Record, Select, Three, Unsigned, Work,
     avx2::{REVERSED_BITS, REVERSED_BYTES, each},
     transpose::transposed_16,
 };
@@ -189,6 +189,11 @@ impl Lanes for Sixteen {
     #[inline(always)]
     fn lane<T: Copy + Debug>(each: &[T; 16], i: usize) -> T {
         each[i % 16]
+    }
+    #[inline(always)]
+    fn call<W: Work>(self, work: W) -> W::Output {
+        // SAFETY: these lanes exist only where the processor has the instructions.
+        unsafe { compiled(work) }
     }
 }
 
@@ -412,4 +417,10 @@ impl Select<U> for M {
     fn select(self, yes: U, no: U) -> U {
         U(unsafe { _mm512_mask_blend_epi32(self.0, no.0, yes.0) })
     }
+}
+
+#[target_feature(enable = "avx512f,avx512vl,avx512dq,avx512bw,avx512cd,avx2,bmi1,bmi2,lzcnt,popcnt")]
+#[inline(never)]
+fn compiled<W: Work>(work: W) -> W::Output {
+    work.work()
 }

@@ -99,6 +99,16 @@ pub const MOST: usize = 16;
 #[repr(C, align(64))]
 pub struct Record(pub [f32; 16]);
 
+/// Work in lanes that is a function of its own, once for each set: inlined wherever it is wanted, it would take long to
+/// compile.
+pub trait Work {
+    /// What comes of it.
+    type Output;
+
+    /// Does it. `#[inline(always)]`, as all that is in lanes.
+    fn work(self) -> Self::Output;
+}
+
 /// A set of lanes.
 pub trait Lanes: Copy + Debug + Send + Sync + 'static {
     /// How many there are, at most [`MOST`].
@@ -145,6 +155,8 @@ pub trait Lanes: Copy + Debug + Send + Sync + 'static {
     fn each<T: Copy + Debug>(self, f: impl FnMut(usize) -> T) -> Self::Each<T>;
     /// What one lane has: that of the number `i` modulo N.
     fn lane<T: Copy + Debug>(each: &Self::Each<T>, i: usize) -> T;
+    /// Does it in a function of its own that is compiled for these lanes.
+    fn call<W: Work>(self, work: W) -> W::Output;
 
     /// The condition that holds in the first `n` lanes, or in all of them.
     #[inline(always)]

@@ -2,7 +2,7 @@
 
 use glam::Vec3;
 
-use super::{Double, Float, Lanes, Mask, Record, Select, Unsigned, Vector};
+use super::{Double, Float, Lanes, Mask, Record, Select, Unsigned, Vector, Work};
 
 /// One lane. Numbers in it are numbers, conditions are `bool`, vectors are [`Vec3`].
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -56,6 +56,10 @@ impl Lanes for One {
     #[inline(always)]
     fn lane<T: Copy + std::fmt::Debug>(each: &T, _: usize) -> T {
         *each
+    }
+    #[inline(always)]
+    fn call<W: Work>(self, work: W) -> W::Output {
+        work.work()
     }
     #[inline(always)]
     fn numbers(self, mut f: impl FnMut(usize) -> f32) -> f32 {

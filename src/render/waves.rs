@@ -1,10 +1,5 @@
 //! Passes in waves: many paths at once, in as many lanes as the processor has.
 
-#[cfg(target_arch = "x86_64")]
-mod avx2;
-#[cfg(target_arch = "x86_64")]
-mod avx512;
-
 use rayon::prelude::*;
 
 use super::{
@@ -16,7 +11,7 @@ use super::{
 use crate::{
     film::{Half, TileSums},
     integrator::{Connects, Starts, Wave},
-    lanes::{Instructions, Lanes},
+    lanes::{Instructions, Lanes, Work},
 };
 
 /// How many paths a thread computes at once. No image depends on it.
@@ -102,11 +97,14 @@ impl<'a> Renderer<'a> {
                 };
                 match lanes {
                     Instructions::Portable => {}
-                    // SAFETY: a set of lanes exists only where the processor has it.
                     #[cfg(target_arch = "x86_64")]
-                    Instructions::Avx2(lanes) => unsafe { self.wave_avx2(lanes, starts, wave, &mut sink) },
+                    Instructions::Avx2(lanes) => {
+                        lanes.call(Tile { renderer: self, lanes, starts, wave, sink: &mut sink })
+                    }
                     #[cfg(target_arch = "x86_64")]
-                    Instructions::Avx512(lanes) => unsafe { self.wave_avx512(lanes, starts, wave, &mut sink) },
+                    Instructions::Avx512(lanes) => {
+                        lanes.call(Tile { renderer: self, lanes, starts, wave, sink: &mut sink });
+                    }
                 }
                 self.count_task(&sink, samples);
                 if from_camera {
@@ -115,10 +113,24 @@ impl<'a> Renderer<'a> {
             },
         );
     }
+}
+
+/// The wave of a tile.
+struct Tile<'a, 's, L> {
+    renderer: &'a Renderer<'s>,
+    lanes: L,
+    starts: &'a mut Starts,
+    wave: &'a mut Wave,
+    sink: &'a mut TaskSink<'s>,
+}
+
+impl<L: Lanes> Work for Tile<'_, '_, L> {
+    type Output = ();
 
     #[inline(always)]
-    fn wave<L: Lanes>(&self, lanes: L, starts: &mut Starts, wave: &mut Wave, sink: &mut TaskSink) {
-        let numbers = (self.settings.sampler, self.settings.seed, self.passes.end);
-        self.integrator.estimate_in_waves(lanes, self.scene, numbers, starts, wave, sink);
+    fn work(self) {
+        let Self { renderer: Renderer { integrator, scene, settings, passes, .. }, lanes, starts, wave, sink } = self;
+        let numbers = (settings.sampler, settings.seed, passes.end);
+        integrator.estimate_in_waves(lanes, scene, numbers, starts, wave, sink);
     }
 }

@@ -1,12 +1,10 @@
 //! What a wave of walks from the camera does: it starts at the lens, hits lights, takes next-event estimates, and
 //! connects its vertices to those of light subpaths.
 
-use glam::Vec3;
-
 use super::{
     CameraEnd, Queues, Stage, Starts, WaveSink, deposit,
     queue::{CONNECTS, INSIDE, Walk, Walks, has},
-    store::{Kind, LightEnd, VertexStore},
+    store::{Kind, LightEnd},
 };
 use crate::{
     integrator::Integrator,
@@ -49,8 +47,11 @@ impl Integrator {
         let ([nothing, _], one) = (PrimitiveId::NONE.words(), lanes.splat(1.0));
         let nothing = lanes.splat_u(nothing);
         for i in (0..starts.len).step_by(L::N) {
-            let corner = [lanes.load(&starts.corners[0][i..]), lanes.load(&starts.corners[1][i..])];
-            let key = lanes.load_u(&starts.keys[i..]);
+            let number = lanes.load_u(&starts.order[i..]);
+            let ([x, y], of) = (&starts.corners, number.all());
+            let corner = [lanes.numbers(|k| x[of[k] as usize]), lanes.numbers(|k| y[of[k] as usize])];
+            let key = lanes.whole_numbers(|k| starts.keys[of[k] as usize]);
+            let flags = lanes.whole_numbers(|k| starts.flags[of[k] as usize]);
             let kept = Numbers::<L>::keep(kind, seed, key, sample, Stream::Camera);
             let kept_for_connections = Numbers::<L>::keep(kind, seed, key, sample, Stream::Connection);
             let mut numbers = stage.numbers(kept, Stream::Camera, 0);
@@ -71,10 +72,9 @@ impl Integrator {
                 raster,
                 scrambles: [kept[0], kept_for_connections[0]],
                 index: kept[1],
-                number: lanes.whole_numbers(|k| (i + k) as u32),
+                number,
             };
-            let connects = has(lanes.load_u(&starts.flags[i..]), CONNECTS);
-            walks.push(&walk, some & connects & lanes.first(starts.len - i));
+            walks.push(&walk, some & has(flags, CONNECTS) & lanes.first(starts.len - i));
         }
     }
 
@@ -123,32 +123,59 @@ impl Integrator {
         queues: &mut Queues,
         sink: &mut impl WaveSink,
     ) {
-        let Stage { lanes, vertices: t, .. } = stage;
-        let which = which & here.vertex.point.bsdf.has_continuous(lanes);
-        if !which.any() {
-            return;
+        let which = which & here.vertex.point.bsdf.has_continuous(stage.lanes);
+        if which.any() {
+            let z = CameraEnd { step: here, tail: walk.tail(here), raster: walk.raster };
+            self.connect_to_lights(stage, walk, &z, which, queues, sink);
+            self.connect_to_vertices(stage, walk, &z, which, queues, sink);
         }
-        let samples = self.next_event_samples(stage);
-        let levels = queues.light_vertices.levels();
-        // One call for all: each would be a copy of what it does.
-        for n in 0..samples + 2 * levels.len() as u32 {
-            let (s, kind) = match n.checked_sub(samples) {
-                None => (1, None),
-                Some(i) => (levels.start + i / 2, Some(if i % 2 == 0 { Kind::Lambert } else { Kind::Other })),
-            };
-            let strategy = Strategy { s, t };
-            let times = if s == 1 { 1 } else { self.evaluated.multiplicity(strategy) };
-            if times == 0 {
-                continue;
-            }
-            let ends = match kind {
-                None => Ends::sample(stage, walk, here, which, n),
-                Some(kind) => Ends::kept(stage, &queues.light_vertices, (s, kind), walk, which),
-            };
+    }
+
+    /// s = 1.
+    #[inline(always)]
+    fn connect_to_lights<L: Lanes>(
+        &self,
+        stage: Stage<'_, L>,
+        walk: &Walk<L>,
+        z: &CameraEnd<'_, L>,
+        which: L::M,
+        Queues { connections, points, .. }: &mut Queues,
+        sink: &mut impl WaveSink,
+    ) {
+        let strategy = Strategy { s: 1, t: stage.vertices };
+        for n in 0..self.next_event_samples(stage) {
+            let ends = Ends::sample(stage, walk, z.step, which, n, &mut points.0);
             for place in [Place::Surface, Place::Degenerate, Place::Infinite] {
-                if let Some((end, which)) = ends.at(stage, place) {
-                    let z = CameraEnd { step: here, tail: walk.tail(here), raster: walk.raster };
-                    self.join(stage, strategy, (&z, &end), (which, times), &mut queues.connections, sink);
+                if let Some((point, pdf, which)) = ends.at(stage.lanes, place, &points.0) {
+                    let end = LightEnd::next_event(stage.scene, point, pdf);
+                    self.join(stage, strategy, (z, &end), (which, 1), connections, sink);
+                }
+            }
+        }
+    }
+
+    /// s ≥ 2.
+    #[inline(always)]
+    fn connect_to_vertices<L: Lanes>(
+        &self,
+        stage: Stage<'_, L>,
+        walk: &Walk<L>,
+        z: &CameraEnd<'_, L>,
+        which: L::M,
+        Queues { connections, light_vertices, .. }: &mut Queues,
+        sink: &mut impl WaveSink,
+    ) {
+        let Stage { lanes, vertices: t, .. } = stage;
+        let numbers = walk.number.all();
+        for s in light_vertices.levels_of(&numbers, which) {
+            let strategy = Strategy { s, t };
+            let times = self.evaluated.multiplicity(strategy);
+            let [lambert, other] = light_vertices.kinds(s, &numbers, which);
+            for (kind, which) in [(Kind::Lambert, lambert), (Kind::Other, other)] {
+                if which != 0 && times > 0 {
+                    let which = lanes.mask(which);
+                    let end = light_vertices.get(lanes, s, kind, walk.number, which);
+                    self.join(stage, strategy, (z, &end), (which, times), connections, sink);
                 }
             }
         }
@@ -161,21 +188,25 @@ impl Integrator {
     }
 }
 
-/// To what the vertices of a group are connected.
-#[expect(clippy::large_enum_variant, reason = "none is kept, and the usual ones are the smaller")]
+/// What next-event estimation has sampled.
 enum Ends<L: Lanes> {
     /// Points of few lights, their densities, and where there is one.
     Plain(Point<L, Bsdfs<L>>, PdfArea<L::F>, L::M),
-    /// Points of any lights, their densities, and a bit for each lane that has one.
-    Any([Point; MOST], PdfArea<L::F>, u32),
-    /// Vertices of light subpaths, and where there is one.
-    Kept(LightEnd<L>, L::M),
+    /// Of points of any lights, which are elsewhere, the densities, and a bit for each lane that has one.
+    Any(PdfArea<L::F>, u32),
 }
 
 impl<L: Lanes> Ends<L> {
-    /// The `n`-th point of a light for each of the lanes `which`.
+    /// The `n`-th point of a light for each of the lanes `which`. Those of any lights are put into `points`.
     #[inline(always)]
-    fn sample(stage: Stage<'_, L>, walk: &Walk<L>, here: &Step<L, Bsdfs<L>>, which: L::M, n: u32) -> Self {
+    fn sample(
+        stage: Stage<'_, L>,
+        walk: &Walk<L>,
+        here: &Step<L, Bsdfs<L>>,
+        which: L::M,
+        n: u32,
+        points: &mut [Point; MOST],
+    ) -> Self {
         let Stage { lanes, scene, vertices: t, .. } = stage;
         let mut numbers = stage.numbers([walk.scrambles[1], walk.index], Stream::Connection, 0);
         numbers.start(Block::repeated(t - 2, n));
@@ -189,7 +220,7 @@ impl<L: Lanes> Ends<L> {
         let receivers = Receiver::all(&here.vertex.point);
         let nth = n % scene.lights().next_event_samples();
         let (high, low, u, v) = (high.all(), low.all(), square.0[0].all(), square.0[1].all());
-        let (mut points, mut density, mut some) = ([Point::nowhere(Vec3::ZERO); MOST], [1.0; MOST], 0);
+        let (mut density, mut some) = ([1.0; MOST], 0);
         for k in which.lanes() {
             let (choice, square) = (Choice::of_words(high[k], low[k]), Square([u[k], v[k]]));
             if let Some((point, pdf)) = scene.sample_light(&receivers(k), square, choice, nth) {
@@ -197,35 +228,21 @@ impl<L: Lanes> Ends<L> {
                 some |= 1 << k;
             }
         }
-        Self::Any(points, PdfArea(lanes.load(&density)), some)
-    }
-
-    /// The s-th light vertices of this kind.
-    #[inline(always)]
-    fn kept(
-        Stage { lanes, .. }: Stage<'_, L>,
-        vertices: &VertexStore,
-        (s, kind): (u32, Kind),
-        walk: &Walk<L>,
-        which: L::M,
-    ) -> Self {
-        let which = vertices.which(lanes, s, kind, walk.number, which);
-        Self::Kept(vertices.get(lanes, s, kind, walk.number, which), which)
+        Self::Any(PdfArea(lanes.load(&density)), some)
     }
 
     /// Those that are such `place`s, and where there is one.
     #[inline(always)]
-    fn at(&self, Stage { lanes, scene, .. }: Stage<'_, L>, place: Place) -> Option<(LightEnd<L>, L::M)> {
-        let of_light = |point, pdf, which| (LightEnd::next_event(scene, point, pdf), which);
+    fn at(&self, lanes: L, place: Place, points: &[Point; MOST]) -> Option<(Point<L, Bsdfs<L>>, PdfArea<L::F>, L::M)> {
         match self {
-            Self::Plain(point, pdf, some) => {
-                (place == Place::Surface && some.any()).then(|| of_light(*point, *pdf, *some))
-            }
-            Self::Any(points, pdf, some) => {
+            Self::Plain(point, pdf, some) => (place == Place::Surface && some.any()).then_some((*point, *pdf, *some)),
+            Self::Any(pdf, some) => {
                 let which = lanes.condition(|k| some >> k & 1 == 1 && points[k].place == place);
-                which.any().then(|| of_light(Point::of_each(lanes, which, place, |k| &points[k]), *pdf, which))
+                if !which.any() {
+                    return None;
+                }
+                Some((Point::of_each(lanes, which, place, |k| &points[k]), *pdf, which))
             }
-            Self::Kept(end, some) => (place == Place::Surface && some.any()).then_some((*end, *some)),
         }
     }
 }

@@ -8,7 +8,7 @@ use super::{
 };
 use crate::{
     integrator::Integrator,
-    lanes::Lanes,
+    lanes::{Lanes, Work},
     path::{Around, Joint, Step, Strategy, Tail, are_directions, is_hittable},
     sampling::PdfArea,
     scene::{Scene, bsdf::Bsdfs, geometry::Ray, point::Point},
@@ -38,25 +38,32 @@ impl<L: Lanes> LightEnd<L> {
     }
 }
 
-impl Integrator {
-    /// Connects two prefixes in the lanes `which` by this strategy, so many times each, up to the rays.
+/// The connection of two prefixes in some lanes, so many times each, up to the rays.
+struct Join<'a, L: Lanes, S> {
+    integrator: &'a Integrator,
+    stage: Stage<'a, L>,
+    strategy: Strategy,
+    z: &'a CameraEnd<'a, L>,
+    y: &'a LightEnd<L>,
+    which: L::M,
+    times: u32,
+    connections: &'a mut Connections,
+    sink: &'a mut S,
+}
+
+impl<L: Lanes, S: WaveSink> Work for Join<'_, L, S> {
+    type Output = ();
+
     #[inline(always)]
-    pub(super) fn join<L: Lanes>(
-        &self,
-        stage: Stage<'_, L>,
-        strategy: Strategy,
-        (z, y): (&CameraEnd<'_, L>, &LightEnd<L>),
-        (which, times): (L::M, u32),
-        connections: &mut Connections,
-        sink: &mut impl WaveSink,
-    ) {
+    fn work(self) {
+        let Self { integrator, stage, strategy, z, y, which, times, connections, sink } = self;
         let Stage { lanes, scene, .. } = stage;
         let Some(joint) = Joint::connect(scene, strategy, [z.step, &y.step], y.next_event_ratio) else { return };
         let contribution = joint.contribution(z.step.beta, Some(y.step.beta));
         let open = which & !contribution.is_black();
         sink.shadow_rays(count(open) * times as usize);
         let (lens, end) = (&z.step.vertex.point, &y.step.vertex.point);
-        let share = self.share(stage, strategy, &joint, z, (end, &y.tail, y.is_hittable));
+        let share = integrator.share(stage, strategy, &joint, z, (end, &y.tail, y.is_hittable));
         let connection = Connection::<L> {
             ray: Ray::joining(lens, end),
             primitives: [words(lanes, lens), words(lanes, end)],
@@ -69,6 +76,22 @@ impl Integrator {
         for _ in 0..times {
             connections.push(&connection, open);
         }
+    }
+}
+
+impl Integrator {
+    /// Connects two prefixes in the lanes `which` by this strategy, so many times each, up to the rays.
+    #[inline(always)]
+    pub(super) fn join<L: Lanes>(
+        &self,
+        stage: Stage<'_, L>,
+        strategy: Strategy,
+        (z, y): (&CameraEnd<'_, L>, &LightEnd<L>),
+        (which, times): (L::M, u32),
+        connections: &mut Connections,
+        sink: &mut impl WaveSink,
+    ) {
+        stage.lanes.call(Join { integrator: self, stage, strategy, z, y, which, times, connections, sink });
     }
 
     /// w/n of a path with this joint. Of the light's prefix: its last vertex, its tail, and whether a ray can meet its

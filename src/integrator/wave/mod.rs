@@ -7,6 +7,7 @@
 
 mod camera;
 mod join;
+mod leave;
 mod light;
 mod queue;
 mod store;
@@ -15,15 +16,16 @@ use glam::Vec3;
 
 use self::{
     join::CameraEnd,
-    queue::{CONNECTS, Connections, DELTA, DELTA_BEFORE, HITTABLE, INSIDE, SPLATS, Walk, Walks, flag, has},
+    leave::Leave,
+    queue::{CONNECTS, Connections, HITTABLE, SPLATS, Seen, Walk, Walks, has},
     store::{LightEnd, VertexStore},
 };
 use super::{Connects, Integrator, LightStage, Splats, estimator::has_a_place};
 use crate::{
-    lanes::{Float, Lanes, MOST, Mask, Select, Unsigned, Vector},
+    lanes::{Lanes, MOST, Mask},
     math::Rgb,
-    path::{Beginning, LightVertices, RivalSum, Rivals, Rules, Step, Strategy},
-    sampling::{Block, Chance, Numbers, PdfArea, Sampler, SamplerKind, Stream},
+    path::{LightVertices, Rivals, Step, Strategy},
+    sampling::{Numbers, PdfArea, SamplerKind, Stream},
     scene::{
         Scene,
         bsdf::{Bsdfs, Transport},
@@ -73,6 +75,19 @@ struct Queues {
     inside: Vec<Inside>,
     /// Of each walk from a light the point where it began, by its number; where weights ask for it.
     lights: Vec<Point>,
+    points: Points,
+    /// What reaches the image.
+    seen: Seen,
+}
+
+/// Room for a point in each lane, for what is done lane by lane.
+#[derive(Debug)]
+struct Points([Point; MOST]);
+
+impl Default for Points {
+    fn default() -> Self {
+        Self([Point::nowhere(Vec3::ZERO); MOST])
+    }
 }
 
 /// Where walks begin: pixels of the padded image.
@@ -84,6 +99,8 @@ pub struct Starts {
     keys: Vec<u32>,
     /// [`SPLATS`] and [`CONNECTS`].
     flags: Vec<u32>,
+    /// The order in which walks from the camera begin.
+    order: Vec<u32>,
     len: usize,
 }
 
@@ -118,9 +135,12 @@ impl Starts {
         self.len == 0
     }
 
-    /// Fills the last lanes.
+    /// Fills the last lanes, and puts all in order.
     fn pad(&mut self) {
         let room = self.len.next_multiple_of(MOST);
+        self.order.clear();
+        self.order.extend(0..self.len as u32);
+        self.order.resize(room, 0);
         self.corners.iter_mut().for_each(|column| column.resize(room, 0.0));
         self.keys.resize(room, 0);
         self.flags.resize(room, 0);
@@ -181,21 +201,6 @@ impl<L: Lanes> Stage<'_, L> {
             Transport::Radiance => self.camera_vertices,
             Transport::Importance => self.light_vertices.connected.max(self.light_vertices.splatted),
         }
-    }
-
-    /// The running sum up to the last vertex that `walk` has left, now that its `reverse` density is known.
-    #[inline(always)]
-    fn rivals_before(&self, walk: &Walk<L>, reverse: PdfArea<L::F>) -> RivalSum<L::U> {
-        let Self { lanes, rivals, transport, vertices, .. } = *self;
-        let sum = if transport == Transport::Radiance { &rivals.camera } else { &rivals.light };
-        if sum.is_empty() {
-            return walk.rivals;
-        }
-        let hittable = has(walk.flags, HITTABLE).select(lanes.splat(1.0), lanes.splat(0.0));
-        let beginning = Beginning { hittable, next_event_ratio: walk.next_event_ratio };
-        let j = vertices as usize - 2;
-        let connects = beginning.connects(j, [has(walk.flags, DELTA), has(walk.flags, DELTA_BEFORE)]);
-        sum.next(j, [reverse, walk.pdf_fwd], connects, walk.rivals)
     }
 
     /// Which walks with these flags have a further vertex in the table.
@@ -259,6 +264,7 @@ impl Integrator {
             }
             match transport {
                 Transport::Radiance => {
+                    wave.queues.light_vertices.sort(&mut starts.order[..starts.len]);
                     self.start_at_lens(stage, sample, starts, (&mut wave.walks, &mut wave.queues.inside));
                 }
                 Transport::Importance => {
@@ -296,23 +302,27 @@ impl Integrator {
     /// Traces the rays of connections, and deposits what nothing blocks.
     #[inline(always)]
     fn look<L: Lanes>(&self, stage: Stage<'_, L>, wave: &mut Wave, sink: &mut impl WaveSink) {
-        let Stage { scene, transport, vertices, .. } = stage;
-        let Wave { rays, obstacles, queues: Queues { connections, .. }, .. } = wave;
-        if connections.0.len() == 0 {
+        let Stage { lanes, scene, transport, vertices, .. } = stage;
+        let Wave { rays, obstacles, queues: Queues { connections, seen, .. }, .. } = wave;
+        let len = connections.0.len();
+        if len == 0 {
             return;
         }
         connections.put_rays(rays);
         scene.geometry().obstacle_of_each(rays, obstacles);
-        let t = if transport == Transport::Radiance { vertices } else { 1 };
-        for i in 0..connections.0.len() {
-            let sees = match obstacles.get(i) {
-                None => true,
-                Some(hit) => scene.geometry().has_coincident() && connections.sees_despite(scene, i, &hit),
-            };
-            if sees {
-                let (value, raster, s) = connections.value(i);
-                deposit(sink, Strategy { s, t }, raster, value);
+        seen.0.clear(len);
+        for i in (0..len).step_by(L::N) {
+            let blocked = obstacles.any(lanes, i);
+            let mut open = !blocked & lanes.first(len - i);
+            if scene.geometry().has_coincident() {
+                open = open | lanes.mask(connections.see_despite(scene, i, blocked & lanes.first(len - i), obstacles));
             }
+            seen.push_of(lanes, connections, i, open);
+        }
+        let t = if transport == Transport::Radiance { vertices } else { 1 };
+        for i in 0..seen.0.len() {
+            let (value, raster, s) = seen.get(i);
+            deposit(sink, Strategy { s, t }, raster, value);
         }
     }
 
@@ -327,7 +337,6 @@ impl Integrator {
     ) {
         let Stage { lanes, scene, .. } = stage;
         let Wave { walks, hits, queues, .. } = wave;
-        let mut points = [Point::nowhere(Vec3::ZERO); MOST];
         for i in these.clone().step_by(L::N) {
             let walk = walks.get(lanes, i);
             let all = lanes.first(these.end - i);
@@ -343,12 +352,14 @@ impl Integrator {
                 }
                 let others = met & !plain;
                 if !met_others && others.any() {
-                    which = lanes.mask(walks.arrive_each(scene, i, others, hits, &mut queues.inside, &mut points));
+                    let points = &mut queues.points.0;
+                    which = lanes.mask(walks.arrive_each(scene, i, others, hits, &mut queues.inside, points));
                     met = plain | which;
                     point = Point::of_each(lanes, which, Place::Surface, |k| &points[k]);
                 } else if missed(stage, point.place, all & !met) {
                     which = all & !met;
-                    walks.leave_each(scene, i, which, &mut points);
+                    let points = &mut queues.points.0;
+                    walks.leave_each(scene, i, which, points);
                     point = Point::of_each(lanes, which, Place::Infinite, |k| &points[k]);
                 } else {
                     break;
@@ -461,54 +472,10 @@ impl Integrator {
         }
         let goes_on = which & stage.has_next(walk.flags);
         if goes_on.any() {
-            self.scatter(stage, &walk, &here, goes_on, queues, sink);
+            let Queues { next, inside, .. } = queues;
+            let (walk, here) = (&walk, &here);
+            lanes.call(Leave { integrator: self, stage, walk, here, which: goes_on, next, inside, sink });
         }
-    }
-
-    /// How the walks of the lanes `which` leave their vertex.
-    #[inline(always)]
-    fn scatter<L: Lanes>(
-        &self,
-        stage: Stage<'_, L>,
-        walk: &Walk<L>,
-        here: &Step<L, Bsdfs<L>>,
-        which: L::M,
-        Queues { next, inside, .. }: &mut Queues,
-        sink: &mut impl WaveSink,
-    ) {
-        let Stage { lanes, vertices, transport, .. } = stage;
-        let stream = if transport == Transport::Radiance { Stream::Camera } else { Stream::Light };
-        let mut numbers = stage.numbers([walk.scrambles[0], walk.index], stream, stage.taken());
-        numbers.start(Block::scattering(vertices - 1));
-        let u = numbers.next_three();
-        let survive: Chance<L::U> = numbers.next_chance();
-        let rules = Rules { transport, directions: self.evaluated.directions(), roulette: self.roulette };
-        let scattered = here.scatter(rules, vertices - 1, walk.whole, u, survive);
-        sink.lost_to_sides(count(scattered.lost_to_sides & which));
-        let (p, goes_on) = (&here.vertex.point, scattered.goes_on & which);
-        let mut is_inside = has(walk.flags, INSIDE);
-        // Lambertians let nothing through.
-        if stage.scene.media().is_some() && matches!(p.bsdf, Bsdfs::Each(..)) {
-            let through = p.normal.dot(scattered.departure.direction) * p.normal.dot(here.back.direction);
-            is_inside = go_through(walk, goes_on, through.lt(lanes.splat(0.0)), inside);
-        }
-        let own = walk.flags & lanes.splat_u(SPLATS | CONNECTS | HITTABLE);
-        let flags = own
-            | flag(lanes, DELTA, scattered.is_delta)
-            | flag(lanes, DELTA_BEFORE, has(walk.flags, DELTA))
-            | flag(lanes, INSIDE, is_inside);
-        let onwards = Walk {
-            departure: scattered.departure,
-            whole: scattered.whole,
-            position: p.position,
-            normal: p.normal,
-            primitive: words(lanes, p),
-            pdf_fwd: here.pdf_fwd,
-            rivals: stage.rivals_before(walk, scattered.reverse),
-            flags,
-            ..*walk
-        };
-        next.push(&onwards, goes_on);
     }
 }
 
@@ -517,22 +484,6 @@ impl Integrator {
 fn missed<L: Lanes>(stage: Stage<'_, L>, last: Place, missed: L::M) -> bool {
     let to_sky = stage.transport == Transport::Radiance && stage.scene.lights().has_environment();
     to_sky && last != Place::Infinite && missed.any()
-}
-
-/// Takes the walks of the lanes `goes_on` to the other side of their surface where they go `through` it. Returns which
-/// of them are in something then.
-#[inline(always)]
-fn go_through<L: Lanes>(walk: &Walk<L>, goes_on: L::M, through: L::M, inside: &mut [Inside]) -> L::M {
-    let (number, through) = (walk.number.all(), through.bits());
-    let mut bits = 0;
-    for k in goes_on.lanes() {
-        let inside = &mut inside[number[k] as usize];
-        if inside.is_at_boundary() && through >> k & 1 == 1 {
-            inside.go_through();
-        }
-        bits |= u32::from(!inside.is_nothing()) << k;
-    }
-    walk.number.lanes().mask(bits)
 }
 
 /// The names of the primitives on which points lie.

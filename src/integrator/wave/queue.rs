@@ -332,10 +332,22 @@ impl Connections {
         rays.set(self.0.len, [self.0.vectors(0), self.0.vectors(3)], |i| self.0.numbers[6][i], skip);
     }
 
+    /// Of the connections in the lanes `blocked` of the group from the `from`-th on, a bit for each whose ends see each
+    /// other although there is an obstacle.
+    #[inline(always)]
+    pub fn see_despite(&self, scene: &Scene, from: usize, blocked: impl Mask, obstacles: &Hits) -> u32 {
+        let mut open = 0;
+        for k in blocked.lanes() {
+            let sees = obstacles.get(from + k).is_none_or(|hit| self.sees_despite(scene, from + k, &hit));
+            open |= u32::from(sees) << k;
+        }
+        open
+    }
+
     /// Whether the ends of the `at`-th see each other although `hit` lies between them: where surfaces coincide, what
     /// is in the plane of an end is no obstacle.
-    #[inline(always)]
-    pub fn sees_despite(&self, scene: &Scene, at: usize, hit: &Hit) -> bool {
+    #[inline(never)]
+    fn sees_despite(&self, scene: &Scene, at: usize, hit: &Hit) -> bool {
         let v = |i: usize| glam::Vec3::from([i, i + 1, i + 2].map(|i| self.0.numbers[i][at]));
         let ray = Ray { origin: v(0), direction: v(3), t_max: self.0.numbers[6][at] };
         let primitives = [self.0.primitive(0, at), self.0.primitive(2, at)];
@@ -348,10 +360,27 @@ impl Connections {
         };
         scene.sees_among_coincident(&ray, &end(v(12), primitives[0]), &end(v(15), primitives[1]))
     }
+}
+
+/// Contributions side by side: what connections deposit that nothing blocks.
+#[derive(Clone, Debug, Default)]
+pub struct Seen(pub Columns<5, 1>);
+
+impl Seen {
+    /// Adds those of the group of connections from the `at`-th on that are `open`, but for what is black.
+    #[inline(always)]
+    pub fn push_of<L: Lanes>(&mut self, lanes: L, connections: &Connections, at: usize, open: L::M) {
+        let Columns { numbers, words, .. } = &connections.0;
+        let x = |i: usize| lanes.load(&numbers[i][at..]);
+        let (r, g, b, zero) = (x(7), x(8), x(9), lanes.splat(0.0));
+        let black = r.eq(zero) & g.eq(zero) & b.eq(zero);
+        self.0.push::<L>(([r, g, b, x(10), x(11)], [lanes.load_u(&words[4][at..])]), open & !black);
+    }
 
     /// The value of the `at`-th, its place on the image, and its s.
-    pub fn value(&self, at: usize) -> (Rgb, [f32; 2], u32) {
+    #[inline(always)]
+    pub fn get(&self, at: usize) -> (Rgb, [f32; 2], u32) {
         let x = |i: usize| self.0.numbers[i][at];
-        (Rgb::new(x(7), x(8), x(9)), [x(10), x(11)], self.0.words[4][at])
+        (Rgb::new(x(0), x(1), x(2)), [x(3), x(4)], self.0.words[0][at])
     }
 }

@@ -34,7 +34,8 @@ pub struct VertexStore {
     levels: Vec<Level>,
     /// How many levels have a vertex.
     used: usize,
-    walks: usize,
+    /// By the number of the walk, its largest s.
+    last: Vec<u32>,
 }
 
 /// One vertex of each walk.
@@ -61,19 +62,44 @@ pub enum Kind {
 impl VertexStore {
     /// Forgets all, and makes room for the vertices of so many walks.
     pub fn clear(&mut self, walks: usize) {
-        (self.used, self.walks) = (0, walks);
+        self.used = 0;
+        self.last.clear();
+        self.last.resize(walks, 1);
     }
 
-    /// The s that some walk has a vertex of.
-    pub fn levels(&self) -> std::ops::Range<u32> {
-        2..self.used as u32 + 2
+    /// The s that some walk may have a vertex of.
+    pub fn levels(&self) -> std::ops::RangeInclusive<u32> {
+        2..=self.used as u32 + 1
+    }
+
+    /// The same of the walks of the lanes `which` with these numbers.
+    #[inline(always)]
+    pub fn levels_of(&self, numbers: &[u32; MOST], which: impl Mask) -> std::ops::RangeInclusive<u32> {
+        let mut last = 1;
+        if self.used > 0 {
+            for k in which.lanes() {
+                last = last.max(self.last[numbers[k] as usize]);
+            }
+        }
+        2..=last
+    }
+
+    /// Puts the numbers of all walks in the order of how many vertices they have, so that lanes side by side have
+    /// about as many connections to take.
+    pub fn sort(&self, order: &mut [u32]) {
+        if self.used > 0 {
+            order.sort_unstable_by_key(|number| (self.last[*number as usize], *number));
+        }
     }
 
     /// Keeps the s-th vertices of the walks of the lanes `which` with these numbers.
     #[inline(always)]
     pub fn put<L: Lanes>(&mut self, s: u32, end: &LightEnd<L>, number: L::U, which: L::M) {
-        let level = self.level(s);
         let (number, rows) = (number.all(), rows(end));
+        for k in which.lanes() {
+            self.last[number[k] as usize] = s;
+        }
+        let level = self.level(s);
         let mut columns = [[[0.0; MOST]; 16]; 2];
         for row in 0..2 {
             for column in 0..16 {
@@ -99,30 +125,33 @@ impl VertexStore {
     /// The level of an s that no level below is missing for.
     #[inline(never)]
     fn level(&mut self, s: u32) -> &mut Level {
-        let at = s as usize - 2;
+        let (at, walks) = (s as usize - 2, self.last.len());
         while self.used <= at {
             if self.levels.len() == self.used {
                 self.levels.push(Level::default());
             }
             let level = &mut self.levels[self.used];
             level.kinds.clear();
-            level.kinds.resize(self.walks, Kind::Nothing);
-            level.rows.iter_mut().for_each(|rows| rows.resize(self.walks, Record([0.0; 16])));
-            level.bsdfs.resize(self.walks, Bsdf::Diffuse(Diffuse { albedo: Rgb::ZERO }));
+            level.kinds.resize(walks, Kind::Nothing);
+            level.rows.iter_mut().for_each(|rows| rows.resize(walks, Record([0.0; 16])));
+            level.bsdfs.resize(walks, Bsdf::Diffuse(Diffuse { albedo: Rgb::ZERO }));
             self.used += 1;
         }
         &mut self.levels[at]
     }
 
-    /// In which of the lanes `which` the walk with this number has an s-th vertex of this kind.
+    /// For which of the lanes `which` the walks with these numbers have an s-th vertex that is Lambertian, and for which
+    /// another one, a bit for each.
     #[inline(always)]
-    pub fn which<L: Lanes>(&self, lanes: L, s: u32, kind: Kind, number: L::U, which: L::M) -> L::M {
-        let (kinds, number) = (&self.levels[s as usize - 2].kinds, number.all());
-        let mut bits = 0;
+    pub fn kinds(&self, s: u32, numbers: &[u32; MOST], which: impl Mask) -> [u32; 2] {
+        let kinds = &self.levels[s as usize - 2].kinds;
+        let (mut lambert, mut other) = (0, 0);
         for k in which.lanes() {
-            bits |= u32::from(kinds[number[k] as usize] == kind) << k;
+            let kind = kinds[numbers[k] as usize];
+            lambert |= u32::from(kind == Kind::Lambert) << k;
+            other |= u32::from(kind == Kind::Other) << k;
         }
-        lanes.mask(bits)
+        [lambert, other]
     }
 
     /// The s-th vertices of the walks of the lanes `which` with these numbers, all of which are of this kind.

@@ -1,0 +1,101 @@
+//! How the walks of a wave leave a vertex.
+
+use super::{
+    Stage, WaveSink, count,
+    queue::{CONNECTS, DELTA, DELTA_BEFORE, HITTABLE, INSIDE, SPLATS, Walk, Walks, flag, has},
+    words,
+};
+use crate::{
+    integrator::Integrator,
+    lanes::{Float, Lanes, Mask, Select, Unsigned, Vector, Work},
+    path::{Beginning, RivalSum, Rules, Step},
+    sampling::{Block, Chance, PdfArea, Sampler, Stream},
+    scene::{
+        bsdf::{Bsdfs, Transport},
+        media::Inside,
+    },
+};
+
+/// How the walks of the lanes `which` scatter at `here`, and which go on.
+pub(super) struct Leave<'a, L: Lanes, S> {
+    pub integrator: &'a Integrator,
+    pub stage: Stage<'a, L>,
+    pub walk: &'a Walk<L>,
+    pub here: &'a Step<L, Bsdfs<L>>,
+    pub which: L::M,
+    pub next: &'a mut Walks,
+    pub inside: &'a mut [Inside],
+    pub sink: &'a mut S,
+}
+
+impl<L: Lanes, S: WaveSink> Work for Leave<'_, L, S> {
+    type Output = ();
+
+    #[inline(always)]
+    fn work(self) {
+        let Self { integrator, stage, walk, here, which, next, inside, sink } = self;
+        let Stage { lanes, vertices, transport, .. } = stage;
+        let stream = if transport == Transport::Radiance { Stream::Camera } else { Stream::Light };
+        let mut numbers = stage.numbers([walk.scrambles[0], walk.index], stream, stage.taken());
+        numbers.start(Block::scattering(vertices - 1));
+        let u = numbers.next_three();
+        let survive: Chance<L::U> = numbers.next_chance();
+        let rules = Rules { transport, directions: integrator.evaluated.directions(), roulette: integrator.roulette };
+        let scattered = here.scatter(rules, vertices - 1, walk.whole, u, survive);
+        sink.lost_to_sides(count(scattered.lost_to_sides & which));
+        let (p, goes_on) = (&here.vertex.point, scattered.goes_on & which);
+        let mut is_inside = has(walk.flags, INSIDE);
+        // Lambertians let nothing through.
+        if stage.scene.media().is_some() && matches!(p.bsdf, Bsdfs::Each(..)) {
+            let through = p.normal.dot(scattered.departure.direction) * p.normal.dot(here.back.direction);
+            is_inside = go_through(walk, goes_on, through.lt(lanes.splat(0.0)), inside);
+        }
+        let flags = walk.flags & lanes.splat_u(SPLATS | CONNECTS | HITTABLE)
+            | flag(lanes, DELTA, scattered.is_delta)
+            | flag(lanes, DELTA_BEFORE, has(walk.flags, DELTA))
+            | flag(lanes, INSIDE, is_inside);
+        let onwards = Walk {
+            departure: scattered.departure,
+            whole: scattered.whole,
+            position: p.position,
+            normal: p.normal,
+            primitive: words(lanes, p),
+            pdf_fwd: here.pdf_fwd,
+            rivals: rivals_before(stage, walk, scattered.reverse),
+            flags,
+            ..*walk
+        };
+        next.push(&onwards, goes_on);
+    }
+}
+
+/// The running sum up to the last vertex that `walk` has left, now that its `reverse` density is known.
+#[inline(always)]
+fn rivals_before<L: Lanes>(stage: Stage<'_, L>, walk: &Walk<L>, reverse: PdfArea<L::F>) -> RivalSum<L::U> {
+    let Stage { lanes, rivals, transport, vertices, .. } = stage;
+    let sum = if transport == Transport::Radiance { &rivals.camera } else { &rivals.light };
+    if sum.is_empty() {
+        return walk.rivals;
+    }
+    let hittable = has(walk.flags, HITTABLE).select(lanes.splat(1.0), lanes.splat(0.0));
+    let beginning = Beginning { hittable, next_event_ratio: walk.next_event_ratio };
+    let j = vertices as usize - 2;
+    let connects = beginning.connects(j, [has(walk.flags, DELTA), has(walk.flags, DELTA_BEFORE)]);
+    sum.next(j, [reverse, walk.pdf_fwd], connects, walk.rivals)
+}
+
+/// Takes the walks of the lanes `goes_on` to the other side of their surface where they go `through` it. Returns which
+/// of them are in something then.
+#[inline(always)]
+fn go_through<L: Lanes>(walk: &Walk<L>, goes_on: L::M, through: L::M, inside: &mut [Inside]) -> L::M {
+    let (number, through) = (walk.number.all(), through.bits());
+    let mut bits = 0;
+    for k in goes_on.lanes() {
+        let inside = &mut inside[number[k] as usize];
+        if inside.is_at_boundary() && through >> k & 1 == 1 {
+            inside.go_through();
+        }
+        bits |= u32::from(!inside.is_nothing()) << k;
+    }
+    walk.number.lanes().mask(bits)
+}
