@@ -38,6 +38,7 @@ pub use self::{
     tile::TileSums,
 };
 use crate::{
+    lanes::Lanes,
     math::Rgb,
     sampling::Filter,
     scene::camera::{Raster, Sensor},
@@ -168,6 +169,15 @@ impl Film {
             }
         } else {
             self.spread(raster, value, half);
+        }
+    }
+
+    /// Has the words of a place brought near before something is added to them: an atomic addition waits for its line
+    /// of the cache, and holds up all that comes after.
+    #[inline(always)]
+    pub(crate) fn announce(&self, lanes: impl Lanes, raster: Raster, half: Half) {
+        if let Some(pixel) = self.crop.index(raster.0.x.floor() as i64, raster.0.y.floor() as i64) {
+            lanes.bring_near(self.halves[half as usize].words_of(pixel));
         }
     }
 

@@ -103,6 +103,12 @@ impl Plane {
         Some(if value.is_sign_negative() { -quanta } else { quanta })
     }
 
+    /// The words of a pixel.
+    #[inline(always)]
+    pub(super) fn words_of(&self, pixel: usize) -> &impl Sized {
+        &self.words[pixel]
+    }
+
     /// Adds so many quanta. Returns how many channels have no room for theirs.
     #[must_use]
     pub(super) fn add_quanta(&self, pixel: usize, quanta: [i64; 3]) -> u64 {

@@ -123,6 +123,8 @@ impl<const N: usize> Lanes for Arrays<N> {
         each[i % N]
     }
     #[inline(always)]
+    fn bring_near<T>(self, _place: &T) {}
+    #[inline(always)]
     fn call<W: Work>(self, work: W) -> W::Output {
         work.work()
     }

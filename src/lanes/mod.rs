@@ -157,6 +157,8 @@ pub trait Lanes: Copy + Debug + Send + Sync + 'static {
     fn lane<T: Copy + Debug>(each: &Self::Each<T>, i: usize) -> T;
     /// Does it in a function of its own that is compiled for these lanes.
     fn call<W: Work>(self, work: W) -> W::Output;
+    /// Starts to load where it begins into the cache, for what comes later.
+    fn bring_near<T>(self, place: &T);
 
     /// The condition that holds in the first `n` lanes, or in all of them.
     #[inline(always)]

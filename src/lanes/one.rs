@@ -58,6 +58,8 @@ impl Lanes for One {
         *each
     }
     #[inline(always)]
+    fn bring_near<T>(self, _place: &T) {}
+    #[inline(always)]
     fn call<W: Work>(self, work: W) -> W::Output {
         work.work()
     }

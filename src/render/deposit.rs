@@ -4,6 +4,7 @@ use super::{Rays, Renderer};
 use crate::{
     film::{Film, Half, TileSums},
     integrator::{Sink, WaveSink},
+    lanes::Lanes,
     layers::Layers,
     math::Rgb,
     path::{Densities, JoinedPath, Strategy, Technique},
@@ -62,6 +63,13 @@ impl WaveSink for TaskSink<'_> {
                 Some(sums) => sums.deposit(film, raster, value, half),
                 None => film.deposit(raster, value, half),
             }
+        }
+    }
+
+    #[inline(always)]
+    fn announce(&mut self, lanes: impl Lanes, raster: Raster) {
+        if let Destination::Film { half, .. } = self.destination {
+            self.renderer.film.announce(lanes, raster, half);
         }
     }
 

@@ -57,6 +57,10 @@ fn assert_waves_do_not_matter(name: &str, scene: &Scene, settings: &Settings) {
     assert_eq!(widths_do_not_matter(name, scene, settings), has_lanes, "{name}, {}", settings.integrator);
 }
 
+/// Those that compute in waves what usual settings ask for.
+const WAVES: [IntegratorKind; 4] =
+    [IntegratorKind::Path, IntegratorKind::Light, IntegratorKind::Hybrid, IntegratorKind::Bdpt];
+
 /// Not a multiple of a tile, nor of a group of lanes.
 const SENSOR: Sensor = Sensor { width: 45, height: 37, padding: 0 };
 
@@ -142,7 +146,7 @@ fn whatever_is_in_the_scene() {
             for sky in [&sky()[..], &[]] {
                 let scene = plain(SENSOR, lamps, sky).choosing_lights(choice);
                 let many = choice == LightChoice::All && 2 * lamps + sky.len() > 16;
-                for integrator in [IntegratorKind::Path, IntegratorKind::Light] {
+                for integrator in WAVES {
                     if many || (lamps == 0 && sky.is_empty()) {
                         widths_do_not_matter(name, &scene, &settings(integrator));
                     } else {
@@ -155,10 +159,10 @@ fn whatever_is_in_the_scene() {
 }
 
 #[test]
-fn a_table_that_weighs_by_more_than_a_wave_knows() {
+fn a_table_that_weighs_by_more_than_it_evaluates() {
     let scene = plain(SENSOR, 3, &[]);
-    for integrator in [IntegratorKind::Path, IntegratorKind::Light, IntegratorKind::Hybrid, IntegratorKind::Bdpt] {
-        for (s, t) in [(0, 3), (1, 2), (1, 3), (1, 4), (2, 1), (3, 1)] {
+    for integrator in WAVES {
+        for (s, t) in [(0, 3), (1, 2), (1, 3), (1, 4), (2, 1), (3, 1), (2, 2), (3, 3), (4, 2)] {
             for weighting in [Weighting::Weighted, Weighting::Unweighted] {
                 let only = Some((Strategy { s, t }, weighting));
                 let settings = Settings { only, ..settings(integrator) };
@@ -173,7 +177,7 @@ fn threads_that_wait_for_each_other() {
     // Enough triangles for what waves load to be divided among threads.
     let scene = scenes::load_file(&Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/caustic-sphere.glb"), SENSOR);
     let pool = rayon::ThreadPoolBuilder::new().num_threads(16).build().unwrap();
-    for integrator in [IntegratorKind::Path, IntegratorKind::Light] {
+    for integrator in WAVES {
         pool.install(|| assert_waves_do_not_matter("sixteen threads", &scene, &settings(integrator)));
     }
 }
@@ -189,6 +193,8 @@ fn whatever_the_render_is_asked_for() {
         (IntegratorKind::PathHemisphere, SamplerKind::Sobol),
         (IntegratorKind::Light, SamplerKind::Sobol),
         (IntegratorKind::Light, SamplerKind::Independent),
+        (IntegratorKind::Hybrid, SamplerKind::Sobol),
+        (IntegratorKind::Bdpt, SamplerKind::Sobol),
     ] {
         let plain = Settings { integrator, sampler, filter, ..Settings::new(padded) };
         for settings in [

@@ -41,6 +41,9 @@ pub trait WaveSink {
     /// A path's share of one pass, as [`super::Sink::deposit`] gets it.
     fn deposit(&mut self, strategy: Strategy, raster: Raster, value: Rgb);
 
+    /// Something will be deposited there soon.
+    fn announce(&mut self, lanes: impl Lanes, raster: Raster);
+
     /// A contribution that is not finite or negative.
     fn reject(&mut self, strategy: Strategy);
 
@@ -152,6 +155,9 @@ const MOST_SAMPLES: u32 = 16;
 
 /// So many connections are collected before their rays are traced, or a few more.
 const CONNECTIONS: usize = 4096;
+
+/// By so many deposits a place is announced before its turn: what the way to memory takes.
+const ANNOUNCED: usize = 16;
 
 /// Where all paths of a wave are, and how they go on from there.
 #[derive(Clone, Copy)]
@@ -321,6 +327,11 @@ impl Integrator {
         }
         let t = if transport == Transport::Radiance { vertices } else { 1 };
         for i in 0..seen.0.len() {
+            // Light lands all over the image, and the memory there is far away.
+            if t == 1 && i + ANNOUNCED < seen.0.len() {
+                let (_, raster, _) = seen.get(i + ANNOUNCED);
+                sink.announce(lanes, Raster(raster.into()));
+            }
             let (value, raster, s) = seen.get(i);
             deposit(sink, Strategy { s, t }, raster, value);
         }
