@@ -148,9 +148,9 @@ impl Lanes for Eight {
         })
     }
     #[inline(always)]
-    fn pick(self, [x, y, z]: [f32; 3], which: U) -> F {
+    fn pick(self, [x, y, z]: [&[f32; 8]; 3], k: usize, which: U) -> F {
         F(unsafe {
-            let of = _mm_set_ps(0.0, z, y, x);
+            let of = _mm_set_ps(0.0, z[k % 8], y[k % 8], x[k % 8]);
             _mm256_permutevar_ps(_mm256_set_m128(of, of), which.0)
         })
     }

@@ -134,8 +134,8 @@ pub trait Lanes: Copy + Debug + Send + Sync + 'static {
     fn load_u(self, from: &[u32]) -> Self::U;
     /// The condition that holds in those lanes whose bit is set, the first being the lowest.
     fn mask(self, bits: u32) -> Self::M;
-    /// In each lane one of three numbers, by the last two bits of `which` (0 where they are 3).
-    fn pick(self, of: [f32; 3], which: Self::U) -> Self::F;
+    /// In each lane the `k`-th number, modulo eight, of one of three rows: of which one, `which` says, below 3.
+    fn pick(self, of: [&[f32; 8]; 3], k: usize, which: Self::U) -> Self::F;
     /// Of each lane's record, the one at its place of `from`, all sixteen numbers.
     ///
     /// # Panics

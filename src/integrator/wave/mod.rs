@@ -22,7 +22,7 @@ use crate::{
         Scene,
         bsdf::{Bsdfs, Transport},
         camera::Raster,
-        geometry::{Hits, Rays},
+        geometry::Hits,
         media::Inside,
         point::{Place, Point},
     },
@@ -52,7 +52,6 @@ pub struct Wave {
     walks: Walks,
     /// Those that go on from the present vertex.
     next: Walks,
-    rays: Rays,
     hits: Hits,
     connections: Connections,
     obstacles: Hits,
@@ -219,8 +218,7 @@ impl Integrator {
                 return;
             }
             stage.vertices = vertices;
-            wave.walks.put_rays(&mut wave.rays);
-            scene.geometry().closest_of_each(&wave.rays, &mut wave.hits);
+            scene.geometry().closest_of_each(wave.walks.rays(), &mut wave.hits);
             self.arrive(stage, wave, sink);
             self.look(stage, wave, sink);
             std::mem::swap(&mut wave.walks, &mut wave.next);
@@ -231,12 +229,11 @@ impl Integrator {
     #[inline(always)]
     fn look<L: Lanes>(&self, stage: Stage<'_, L>, wave: &mut Wave, sink: &mut impl WaveSink) {
         let scene = stage.scene;
-        let Wave { connections, rays, obstacles, .. } = wave;
+        let Wave { connections, obstacles, .. } = wave;
         if connections.0.len() == 0 {
             return;
         }
-        connections.put_rays(rays);
-        scene.geometry().obstacle_of_each(rays, obstacles);
+        scene.geometry().obstacle_of_each(connections.rays(), obstacles);
         for i in 0..connections.0.len() {
             let sees = match obstacles.get(i) {
                 None => true,

@@ -120,7 +120,7 @@ impl Tree {
 
     /// [`Self::walk_below`] in eight lanes.
     #[inline(always)]
-    fn walk_in<O: Order, L: Lanes>(
+    pub(super) fn walk_in<O: Order, L: Lanes>(
         &self,
         lanes: L,
         from: Child,

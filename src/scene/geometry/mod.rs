@@ -47,7 +47,7 @@ pub use self::{
     mesh::{Mesh, surface_of},
     offset::offset_origin,
     ray::Ray,
-    rays::{Hits, Rays},
+    rays::{Hits, RayColumns, Rays},
     shells::{Form, Shell, Shells},
 };
 use self::{

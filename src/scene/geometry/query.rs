@@ -6,11 +6,14 @@ use glam::Vec2;
 
 use super::{
     Geometry, Hit, PrimitiveId, Ray,
-    bvh::{Found, LargestFirst, NearestFirst, Order},
-    node::{Child, Primitive, Shape},
-    packet::Met,
+    bvh::{Found, LargestFirst, NearestFirst, Order, Tree},
+    node::{Child, Primitive, Shape, WIDTH},
+    packet::{Met, Parted},
     ray::Prepared,
 };
+#[cfg(target_arch = "x86_64")]
+use crate::lanes::Eight;
+use crate::lanes::{Arrays, Instructions, Lanes, MOST};
 
 impl Geometry {
     /// The closest hit, not counting `skip` if that is a flat primitive (a sphere may be hit again from inside).
@@ -125,28 +128,71 @@ impl Geometry {
         }
     }
 
-    /// Brings what a ray of a packet meets in a subtree of the world's tree to its place in `met`: the closest, or
-    /// anything.
+    /// Brings what rays of a packet meet in a subtree of the world's tree to their places in `met`, one by one: the
+    /// closest, or anything.
     #[inline(always)]
     pub(super) fn meet_below<O: Order>(
         &self,
-        ray: &Prepared,
-        skip: &[PrimitiveId; 2],
+        parted: &Parted,
+        which: u32,
         below: Child,
-        k: usize,
+        met: &mut Met,
+    ) {
+        match self.tree().map(Tree::instructions) {
+            None => {}
+            Some(Instructions::Portable) => {
+                self.meet_in::<O, _>(Arrays::<WIDTH>, parted, which, below, met);
+            }
+            // SAFETY: a set of lanes exists only where the processor has it.
+            #[cfg(target_arch = "x86_64")]
+            Some(Instructions::Avx2(eight)) => unsafe { self.meet_avx2::<O>(eight, parted, which, below, met) },
+            #[cfg(target_arch = "x86_64")]
+            Some(Instructions::Avx512(sixteen)) => unsafe {
+                self.meet_avx2::<O>(sixteen.eight(), parted, which, below, met);
+            },
+        }
+    }
+
+    #[cfg(target_arch = "x86_64")]
+    #[target_feature(enable = "avx2,bmi1,bmi2,lzcnt,popcnt")]
+    #[inline(never)]
+    fn meet_avx2<O: Order>(
+        &self,
+        lanes: Eight,
+        parted: &Parted,
+        which: u32,
+        below: Child,
+        met: &mut Met,
+    ) {
+        self.meet_in::<O, _>(lanes, parted, which, below, met);
+    }
+
+    /// [`Self::meet_below`] in eight lanes.
+    #[inline(always)]
+    fn meet_in<O: Order, L: Lanes>(
+        &self,
+        lanes: L,
+        parted: &Parted,
+        mut which: u32,
+        below: Child,
         met: &mut Met,
     ) {
         let Some(tree) = self.tree() else { return };
-        tree.walk_below::<O>(below, ray, met.limit[k], |found, limit| {
-            let skip_world = skip.map(|id| id.index_in(PrimitiveId::WORLD));
-            self.offer::<O, 2>(found, limit, ray, skip, &skip_world, &mut |hit, limit| {
-                if !met.improves(k, &hit) {
-                    return limit;
-                }
-                met.put(k, hit);
-                if O::NEAREST_FIRST { hit.t } else { f32::NEG_INFINITY }
-            })
-        });
+        while which != 0 {
+            let k = which.trailing_zeros() as usize % MOST;
+            which &= which - 1;
+            let (ray, skip) = (parted.ray(k), parted.skip(k));
+            let skip_world = [skip[0].index_in(PrimitiveId::WORLD), skip[1].index_in(PrimitiveId::WORLD)];
+            tree.walk_in::<O, _>(lanes, below, &ray, met.limit[k], |found, limit| {
+                self.offer::<O, 2>(found, limit, &ray, &skip, &skip_world, &mut |hit, limit| {
+                    if !met.improves(k, &hit) {
+                        return limit;
+                    }
+                    met.put(k, hit);
+                    if O::NEAREST_FIRST { hit.t } else { f32::NEG_INFINITY }
+                })
+            });
+        }
     }
 
     /// [`Self::candidates`] of an instance; returns the new limit.
