@@ -155,6 +155,12 @@ impl Lanes for Eight {
         })
     }
     #[inline(always)]
+    fn prefetch<T>(self, of: &T) {
+        for line in 0..size_of::<T>().div_ceil(64) {
+            unsafe { _mm_prefetch::<_MM_HINT_T0>(std::ptr::from_ref(of).cast::<i8>().wrapping_add(64 * line)) }
+        }
+    }
+    #[inline(always)]
     fn records(self, from: &[Record], at: U) -> [F; 16] {
         let at = at.all();
         let mut columns = [self.splat(0.0); 16];

@@ -141,6 +141,9 @@ pub trait Lanes: Copy + Debug + Send + Sync + 'static {
     /// # Panics
     /// If there is none at the place of some lane.
     fn records(self, from: &[Record], at: Self::U) -> [Self::F; 16];
+    /// Asks memory for what will be needed soon.
+    #[inline(always)]
+    fn prefetch<T>(self, _: &T) {}
     /// What `f` makes of the number of each lane.
     fn each<T: Copy + Debug>(self, f: impl FnMut(usize) -> T) -> Self::Each<T>;
     /// What one lane has: that of the number `i` modulo N.
@@ -404,6 +407,14 @@ pub trait Mask: Copy + Debug + BitAnd<Output = Self> + BitOr<Output = Self> + No
 /// The numbers of some lanes, from the first on.
 #[derive(Clone, Copy, Debug)]
 pub struct Set(u32);
+
+impl Set {
+    /// Those whose bits are set.
+    #[inline(always)]
+    pub fn of_bits(bits: u32) -> Self {
+        Self(bits)
+    }
+}
 
 impl Iterator for Set {
     type Item = usize;

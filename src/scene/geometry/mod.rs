@@ -22,6 +22,7 @@ mod mesh;
 mod node;
 mod offset;
 mod packet;
+mod parted;
 mod query;
 mod ray;
 mod rays;

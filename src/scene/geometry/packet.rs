@@ -12,7 +12,7 @@ use super::{
     Hit, PrimitiveId,
     bvh::{Order, Stack, Tree},
     node::{Below, Block, Child, WIDTH},
-    ray::{Axis, BEFORE, Lines, Prepared},
+    ray::{BEFORE, Lines},
     rays::RayColumns,
     triangle::Triangle,
 };
@@ -20,14 +20,14 @@ use crate::lanes::{Float, Lanes, MOST, Mask, Select, Unsigned};
 
 /// A ray in each lane.
 pub(super) struct Packet<L: Lanes> {
-    lines: Lines<L>,
+    pub lines: Lines<L>,
     /// See [`Prepared::axes`](super::ray::Prepared::axes).
-    axes: [L::U; 3],
+    pub axes: [L::U; 3],
     /// The inverse of the direction along them.
     inverse: [L::F; 3],
-    direction: [L::F; 3],
+    pub direction: [L::F; 3],
     /// What each ray passes by, as [`PrimitiveId::words`].
-    skip: [[L::U; 2]; 2],
+    pub skip: [[L::U; 2]; 2],
     /// The numbers of those in world space.
     skipped: [L::U; 2],
 }
@@ -204,67 +204,6 @@ impl<L: Lanes> Packet<L> {
                 hit.select(x, lanes.load(area)).store(area);
             }
             met.any |= hit.bits();
-        }
-    }
-}
-
-/// Rays that go on alone, by their lanes.
-#[derive(Clone)]
-#[repr(C, align(64))]
-pub(super) struct Parted {
-    origin: [[f32; MOST]; 3],
-    direction: [[f32; MOST]; 3],
-    inverse: [[f32; MOST]; 3],
-    axes: [[u32; MOST]; 3],
-    shear: [[f32; MOST]; 2],
-    skip: [[[u32; MOST]; 2]; 2],
-}
-
-impl Parted {
-    pub const NONE: Self = Self {
-        origin: [[0.0; MOST]; 3],
-        direction: [[0.0; MOST]; 3],
-        inverse: [[0.0; MOST]; 3],
-        axes: [[0; MOST]; 3],
-        shear: [[0.0; MOST]; 2],
-        skip: [[[0; MOST]; 2]; 2],
-    };
-
-    /// Takes all rays of a packet.
-    #[inline(always)]
-    pub fn set<L: Lanes>(&mut self, packet: &Packet<L>) {
-        for axis in 0..3 {
-            packet.lines.origin[axis].store(&mut self.origin[axis]);
-            packet.direction[axis].store(&mut self.direction[axis]);
-            packet.lines.inverse[axis].store(&mut self.inverse[axis]);
-            packet.axes[axis].store(&mut self.axes[axis]);
-        }
-        for i in 0..2 {
-            packet.lines.shear[i].store(&mut self.shear[i]);
-            packet.skip[i][0].store(&mut self.skip[i][0]);
-            packet.skip[i][1].store(&mut self.skip[i][1]);
-        }
-    }
-
-    /// What the ray of a lane passes by.
-    #[inline(always)]
-    pub fn skip(&self, k: usize) -> [PrimitiveId; 2] {
-        let [[i, j], [l, m]] = &self.skip;
-        [PrimitiveId { instance: i[k], index: j[k] }, PrimitiveId { instance: l[k], index: m[k] }]
-    }
-
-    /// The ray of a lane.
-    #[inline(always)]
-    pub fn ray(&self, k: usize) -> Prepared {
-        let [ox, oy, oz] = [self.origin[0][k], self.origin[1][k], self.origin[2][k]];
-        let [dx, dy, dz] = [self.direction[0][k], self.direction[1][k], self.direction[2][k]];
-        let [ix, iy, iz] = [self.inverse[0][k], self.inverse[1][k], self.inverse[2][k]];
-        Prepared {
-            origin: Vec3::new(ox, oy, oz),
-            direction: Vec3::new(dx, dy, dz),
-            inverse: Vec3::new(ix, iy, iz),
-            axes: Axis::frame(self.axes[2][k] as usize),
-            shear: [self.shear[0][k], self.shear[1][k]],
         }
     }
 }

@@ -6,14 +6,10 @@ use glam::Vec2;
 
 use super::{
     Geometry, Hit, PrimitiveId, Ray,
-    bvh::{Found, LargestFirst, NearestFirst, Order, Tree},
-    node::{Child, Primitive, Shape, WIDTH},
-    packet::{Met, Parted},
+    bvh::{Found, LargestFirst, NearestFirst, Order},
+    node::{Primitive, Shape},
     ray::Prepared,
 };
-#[cfg(target_arch = "x86_64")]
-use crate::lanes::Eight;
-use crate::lanes::{Arrays, Instructions, Lanes, MOST};
 
 impl Geometry {
     /// The closest hit, not counting `skip` if that is a flat primitive (a sphere may be hit again from inside).
@@ -106,7 +102,7 @@ impl Geometry {
 
     /// Brings what a walk through the world's tree has come upon to `accept`; returns the new limit.
     #[inline(always)]
-    fn offer<O: Order, const N: usize>(
+    pub(super) fn offer<O: Order, const N: usize>(
         &self,
         found: Found<'_>,
         limit: f32,
@@ -125,73 +121,6 @@ impl Geometry {
                 sphere.intersect(ray).into_iter().flatten().fold(limit, |limit, t| accept(hit(t), limit))
             }
             Found::Other(instance) => self.enter::<O, N>(instance.index, ray, skip, limit, accept),
-        }
-    }
-
-    /// Brings what rays of a packet meet in a subtree of the world's tree to their places in `met`, one by one: the
-    /// closest, or anything.
-    #[inline(always)]
-    pub(super) fn meet_below<O: Order>(
-        &self,
-        parted: &Parted,
-        which: u32,
-        below: Child,
-        met: &mut Met,
-    ) {
-        match self.tree().map(Tree::instructions) {
-            None => {}
-            Some(Instructions::Portable) => {
-                self.meet_in::<O, _>(Arrays::<WIDTH>, parted, which, below, met);
-            }
-            // SAFETY: a set of lanes exists only where the processor has it.
-            #[cfg(target_arch = "x86_64")]
-            Some(Instructions::Avx2(eight)) => unsafe { self.meet_avx2::<O>(eight, parted, which, below, met) },
-            #[cfg(target_arch = "x86_64")]
-            Some(Instructions::Avx512(sixteen)) => unsafe {
-                self.meet_avx2::<O>(sixteen.eight(), parted, which, below, met);
-            },
-        }
-    }
-
-    #[cfg(target_arch = "x86_64")]
-    #[target_feature(enable = "avx2,bmi1,bmi2,lzcnt,popcnt")]
-    #[inline(never)]
-    fn meet_avx2<O: Order>(
-        &self,
-        lanes: Eight,
-        parted: &Parted,
-        which: u32,
-        below: Child,
-        met: &mut Met,
-    ) {
-        self.meet_in::<O, _>(lanes, parted, which, below, met);
-    }
-
-    /// [`Self::meet_below`] in eight lanes.
-    #[inline(always)]
-    fn meet_in<O: Order, L: Lanes>(
-        &self,
-        lanes: L,
-        parted: &Parted,
-        mut which: u32,
-        below: Child,
-        met: &mut Met,
-    ) {
-        let Some(tree) = self.tree() else { return };
-        while which != 0 {
-            let k = which.trailing_zeros() as usize % MOST;
-            which &= which - 1;
-            let (ray, skip) = (parted.ray(k), parted.skip(k));
-            let skip_world = [skip[0].index_in(PrimitiveId::WORLD), skip[1].index_in(PrimitiveId::WORLD)];
-            tree.walk_in::<O, _>(lanes, below, &ray, met.limit[k], |found, limit| {
-                self.offer::<O, 2>(found, limit, &ray, &skip, &skip_world, &mut |hit, limit| {
-                    if !met.improves(k, &hit) {
-                        return limit;
-                    }
-                    met.put(k, hit);
-                    if O::NEAREST_FIRST { hit.t } else { f32::NEG_INFINITY }
-                })
-            });
         }
     }
 

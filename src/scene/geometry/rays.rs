@@ -1,11 +1,12 @@
 //! Rays in batches: what each of many rays meets.
 
-use glam::Vec2;
+use glam::{Vec2, Vec3};
 
 use super::{
     Geometry, Hit, PrimitiveId, Ray,
     bvh::{LargestFirst, NearestFirst, Order},
-    packet::{Met, Packet, Parted},
+    packet::{Met, Packet},
+    parted::{Parted, Parting},
 };
 use crate::lanes::{Arrays, Float, Instructions, Lanes, MOST, Select, Unsigned};
 #[cfg(target_arch = "x86_64")]
@@ -96,6 +97,31 @@ impl RayColumns<'_> {
         }
     }
 
+    /// Whether the origins of `n` from the `from`-th on lie further apart than `far` along an axis.
+    pub(super) fn are_scattered(&self, [from, n]: [usize; 2], far: f32) -> bool {
+        self.origin.iter().any(|x| {
+            let x = &x[from..from + n];
+            x.iter().copied().fold(x[0], f32::max) - x.iter().copied().fold(x[0], f32::min) > far
+        })
+    }
+
+    /// The `i`-th.
+    #[inline]
+    pub(super) fn ray(&self, i: usize) -> Ray {
+        let at = |[x, y, z]: [&[f32]; 3]| Vec3::new(x[i], y[i], z[i]);
+        let t_max = self.t_max.map_or(f32::INFINITY, |t_max| t_max[i]);
+        Ray { origin: at(self.origin), direction: at(self.direction), t_max }
+    }
+
+    /// What the `i`-th passes by.
+    #[inline]
+    pub(super) fn passed_by(&self, i: usize) -> [PrimitiveId; 2] {
+        let name = |words: Option<[&[u32]; 2]>| {
+            words.map_or(PrimitiveId::NONE, |[instance, index]| PrimitiveId::of_words([instance[i], index[i]]))
+        };
+        self.skip.map(name)
+    }
+
     /// What those from the `from`-th on pass by.
     #[inline(always)]
     pub(super) fn skip<L: Lanes>(&self, lanes: L, from: usize) -> [[L::U; 2]; 2] {
@@ -183,7 +209,9 @@ impl Geometry {
         hits.start(rays.len);
         match self.instructions() {
             Instructions::Portable => {
-                self.packets::<NearestFirst, _>(Arrays::<1>, 1, rays, |from, _, met| hits.put(Arrays::<1>, from, met));
+                self.packets::<NearestFirst, _>(Arrays::<1>, self.parting(Arrays::<1>), rays, |from, _, met| {
+                    hits.put(Arrays::<1>, from, met)
+                });
             }
             // SAFETY, here and below: a set of lanes exists only where the processor has it.
             #[cfg(target_arch = "x86_64")]
@@ -202,7 +230,7 @@ impl Geometry {
         found.start(rays.len);
         match self.instructions() {
             Instructions::Portable => {
-                self.packets::<LargestFirst, _>(Arrays::<1>, 1, rays, |from, _, met| {
+                self.packets::<LargestFirst, _>(Arrays::<1>, self.parting(Arrays::<1>), rays, |from, _, met| {
                     found.put(Arrays::<1>, from, met);
                 });
             }
@@ -213,6 +241,10 @@ impl Geometry {
         }
     }
 
+    fn parting<L: Lanes>(&self, _: L) -> Parting {
+        Parting::of(self.tree(), L::N)
+    }
+
     fn instructions(&self) -> Instructions {
         self.tree().map_or(Instructions::Portable, |tree| tree.instructions())
     }
@@ -220,25 +252,25 @@ impl Geometry {
     #[cfg(target_arch = "x86_64")]
     #[target_feature(enable = "avx2,bmi1,bmi2,lzcnt,popcnt")]
     fn closest_avx2(&self, lanes: Eight, rays: RayColumns<'_>, hits: &mut Hits) {
-        self.packets::<NearestFirst, _>(lanes, 4, rays, |from, _, met| hits.put(lanes, from, met));
+        self.packets::<NearestFirst, _>(lanes, self.parting(lanes), rays, |from, _, met| hits.put(lanes, from, met));
     }
 
     #[cfg(target_arch = "x86_64")]
     #[target_feature(enable = "avx512f,avx512vl,avx512dq,avx512bw,avx512cd,avx2,bmi1,bmi2,lzcnt,popcnt")]
     fn closest_avx512(&self, lanes: Sixteen, rays: RayColumns<'_>, hits: &mut Hits) {
-        self.packets::<NearestFirst, _>(lanes, 8, rays, |from, _, met| hits.put(lanes, from, met));
+        self.packets::<NearestFirst, _>(lanes, self.parting(lanes), rays, |from, _, met| hits.put(lanes, from, met));
     }
 
     #[cfg(target_arch = "x86_64")]
     #[target_feature(enable = "avx2,bmi1,bmi2,lzcnt,popcnt")]
     fn obstacle_avx2(&self, lanes: Eight, rays: RayColumns<'_>, found: &mut Hits) {
-        self.packets::<LargestFirst, _>(lanes, 4, rays, |from, _, met| found.put(lanes, from, met));
+        self.packets::<LargestFirst, _>(lanes, self.parting(lanes), rays, |from, _, met| found.put(lanes, from, met));
     }
 
     #[cfg(target_arch = "x86_64")]
     #[target_feature(enable = "avx512f,avx512vl,avx512dq,avx512bw,avx512cd,avx2,bmi1,bmi2,lzcnt,popcnt")]
     fn obstacle_avx512(&self, lanes: Sixteen, rays: RayColumns<'_>, found: &mut Hits) {
-        self.packets::<LargestFirst, _>(lanes, 8, rays, |from, _, met| found.put(lanes, from, met));
+        self.packets::<LargestFirst, _>(lanes, self.parting(lanes), rays, |from, _, met| found.put(lanes, from, met));
     }
 
     /// Walks all rays, one packet after the other; `put` gets where a packet begins, how many rays it has, and what
@@ -247,7 +279,7 @@ impl Geometry {
     pub(super) fn packets<O: Order, L: Lanes>(
         &self,
         lanes: L,
-        few: u32,
+        parting: Parting,
         rays: RayColumns<'_>,
         mut put: impl FnMut(usize, usize, &Met),
     ) {
@@ -259,10 +291,12 @@ impl Geometry {
         while from < rays.len {
             let n = L::N.min(rays.len - from);
             met.start(rays.t_max(lanes, from));
-            if let Some(tree) = tree {
+            let in_turn = parting.scattered < f32::INFINITY
+                && self.meet_in_turn::<O>(&rays, [from, n], parting.scattered, &mut met);
+            if let Some(tree) = tree.filter(|_| !in_turn) {
                 let packet = Packet::new(lanes, &rays, from);
                 let mut ready = false;
-                tree.walk_packet::<O, L>(&packet, lanes.first(n), few, &mut met, |which, below, met| {
+                tree.walk_packet::<O, L>(&packet, lanes.first(n), parting.few, &mut met, |which, below, met| {
                     if !ready {
                         parted.set(&packet);
                         ready = true;

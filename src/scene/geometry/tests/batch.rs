@@ -8,6 +8,7 @@ use crate::{
     scene::geometry::{
         bvh::{LargestFirst, NearestFirst},
         packet::Met,
+        parted::Parting,
     },
 };
 
@@ -20,10 +21,12 @@ impl Met {
 }
 
 /// Packets of a set of lanes, whose rays go on alone where no more than `few` enter a node.
-fn packets<L: Lanes>(g: &Geometry, lanes: L, few: u32, rays: &Rays) -> (Vec<Option<Hit>>, Vec<bool>) {
+fn packets<L: Lanes>(g: &Geometry, lanes: L, parting: Parting, rays: &Rays) -> (Vec<Option<Hit>>, Vec<bool>) {
     let (mut hits, mut found) = (Vec::new(), Vec::new());
-    g.packets::<NearestFirst, _>(lanes, few, rays.columns(), |_, n, met| hits.extend((0..n).map(|k| met.hit(k))));
-    g.packets::<LargestFirst, _>(lanes, few, rays.columns(), |_, n, met| found.extend((0..n).map(|k| met.any >> k & 1 == 1)));
+    g.packets::<NearestFirst, _>(lanes, parting, rays.columns(), |_, n, met| hits.extend((0..n).map(|k| met.hit(k))));
+    g.packets::<LargestFirst, _>(lanes, parting, rays.columns(), |_, n, met| {
+        found.extend((0..n).map(|k| met.any >> k & 1 == 1))
+    });
     (hits, found)
 }
 
@@ -63,11 +66,12 @@ fn a_ray_meets_the_same_in_a_batch_and_alone() {
         let (mut own_hits, mut own_found) = (Hits::default(), Hits::default());
         g.closest_of_each(batch.columns(), &mut own_hits);
         g.obstacle_of_each(batch.columns(), &mut own_found);
-        let few = case as u32 % 4;
+        let scattered = [f32::INFINITY, 0.1][case / 4 % 2];
+        let (few, many) = (Parting { few: case as u32 % 4, scattered }, [0, 2, 8, 16][case % 4]);
         let ways = [
             (own_hits.iter().collect(), own_found.iter().map(|hit| hit.is_some()).collect()),
             packets(&g, Arrays::<4>, few, &batch),
-            packets(&g, Arrays::<16>, [0, 2, 8, 16][case % 4], &batch),
+            packets(&g, Arrays::<16>, Parting { few: many, scattered }, &batch),
         ];
         #[cfg(target_arch = "x86_64")]
         let ways = ways.into_iter().chain(Eight::detect().map(|eight| packets(&g, eight, few, &batch)));
