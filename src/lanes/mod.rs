@@ -141,7 +141,7 @@ pub trait Lanes: Copy + Debug + Send + Sync + 'static {
     /// # Panics
     /// If there is none at the place of some lane.
     fn records(self, from: &[Record], at: Self::U) -> [Self::F; 16];
-    /// Asks memory for what will be needed soon.
+    /// Asks memory for what will be needed soon, where the set has an instruction for that.
     #[inline(always)]
     fn prefetch<T>(self, _: &T) {}
     /// What `f` makes of the number of each lane.

@@ -86,9 +86,13 @@ pub(super) struct Parting {
 
 impl Parting {
     /// What is fastest in this tree, for packets of so many rays.
-    pub fn of(tree: Option<&Tree>, lanes: usize) -> Self {
-        let scattered = tree.map_or(f32::INFINITY, Tree::scattered);
-        Self { few: lanes as u32 / 2, scattered }
+    pub fn of<O: Order>(tree: Option<&Tree>, lanes: usize) -> Self {
+        let Some(tree) = tree else { return Self { few: 0, scattered: f32::INFINITY } };
+        // One lane prefetches nothing.
+        let scattered = if lanes > 1 { tree.scattered() } else { f32::INFINITY };
+        // In a small tree, a walk that ends at the first hit is too short to pay for going alone.
+        let is_short = !O::NEAREST_FIRST && tree.nodes.len() < 64;
+        Self { few: lanes as u32 / if is_short { 4 } else { 2 }, scattered }
     }
 }
 

@@ -206,13 +206,8 @@ impl Geometry {
     /// # Panics
     /// If there are primitives, but [`Self::build`] has not been called.
     pub fn closest_of_each(&self, rays: RayColumns<'_>, hits: &mut Hits) {
-        hits.start(rays.len);
         match self.instructions() {
-            Instructions::Portable => {
-                self.packets::<NearestFirst, _>(Arrays::<1>, self.parting(Arrays::<1>), rays, |from, _, met| {
-                    hits.put(Arrays::<1>, from, met)
-                });
-            }
+            Instructions::Portable => self.fill::<NearestFirst, _>(Arrays::<1>, rays, hits),
             // SAFETY, here and below: a set of lanes exists only where the processor has it.
             #[cfg(target_arch = "x86_64")]
             Instructions::Avx2(eight) => unsafe { self.closest_avx2(eight, rays, hits) },
@@ -227,22 +222,13 @@ impl Geometry {
     /// # Panics
     /// If there are primitives, but [`Self::build`] has not been called.
     pub fn obstacle_of_each(&self, rays: RayColumns<'_>, found: &mut Hits) {
-        found.start(rays.len);
         match self.instructions() {
-            Instructions::Portable => {
-                self.packets::<LargestFirst, _>(Arrays::<1>, self.parting(Arrays::<1>), rays, |from, _, met| {
-                    found.put(Arrays::<1>, from, met);
-                });
-            }
+            Instructions::Portable => self.fill::<LargestFirst, _>(Arrays::<1>, rays, found),
             #[cfg(target_arch = "x86_64")]
             Instructions::Avx2(eight) => unsafe { self.obstacle_avx2(eight, rays, found) },
             #[cfg(target_arch = "x86_64")]
             Instructions::Avx512(sixteen) => unsafe { self.obstacle_avx512(sixteen, rays, found) },
         }
-    }
-
-    fn parting<L: Lanes>(&self, _: L) -> Parting {
-        Parting::of(self.tree(), L::N)
     }
 
     fn instructions(&self) -> Instructions {
@@ -252,25 +238,32 @@ impl Geometry {
     #[cfg(target_arch = "x86_64")]
     #[target_feature(enable = "avx2,bmi1,bmi2,lzcnt,popcnt")]
     fn closest_avx2(&self, lanes: Eight, rays: RayColumns<'_>, hits: &mut Hits) {
-        self.packets::<NearestFirst, _>(lanes, self.parting(lanes), rays, |from, _, met| hits.put(lanes, from, met));
+        self.fill::<NearestFirst, _>(lanes, rays, hits);
     }
 
     #[cfg(target_arch = "x86_64")]
     #[target_feature(enable = "avx512f,avx512vl,avx512dq,avx512bw,avx512cd,avx2,bmi1,bmi2,lzcnt,popcnt")]
     fn closest_avx512(&self, lanes: Sixteen, rays: RayColumns<'_>, hits: &mut Hits) {
-        self.packets::<NearestFirst, _>(lanes, self.parting(lanes), rays, |from, _, met| hits.put(lanes, from, met));
+        self.fill::<NearestFirst, _>(lanes, rays, hits);
     }
 
     #[cfg(target_arch = "x86_64")]
     #[target_feature(enable = "avx2,bmi1,bmi2,lzcnt,popcnt")]
     fn obstacle_avx2(&self, lanes: Eight, rays: RayColumns<'_>, found: &mut Hits) {
-        self.packets::<LargestFirst, _>(lanes, self.parting(lanes), rays, |from, _, met| found.put(lanes, from, met));
+        self.fill::<LargestFirst, _>(lanes, rays, found);
     }
 
     #[cfg(target_arch = "x86_64")]
     #[target_feature(enable = "avx512f,avx512vl,avx512dq,avx512bw,avx512cd,avx2,bmi1,bmi2,lzcnt,popcnt")]
     fn obstacle_avx512(&self, lanes: Sixteen, rays: RayColumns<'_>, found: &mut Hits) {
-        self.packets::<LargestFirst, _>(lanes, self.parting(lanes), rays, |from, _, met| found.put(lanes, from, met));
+        self.fill::<LargestFirst, _>(lanes, rays, found);
+    }
+
+    #[inline(always)]
+    fn fill<O: Order, L: Lanes>(&self, lanes: L, rays: RayColumns<'_>, hits: &mut Hits) {
+        hits.start(rays.len);
+        let parting = Parting::of::<O>(self.tree(), L::N);
+        self.packets::<O, _>(lanes, parting, rays, |from, _, met| hits.put(lanes, from, met));
     }
 
     /// Walks all rays, one packet after the other; `put` gets where a packet begins, how many rays it has, and what

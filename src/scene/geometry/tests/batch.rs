@@ -25,7 +25,7 @@ fn packets<L: Lanes>(g: &Geometry, lanes: L, parting: Parting, rays: &Rays) -> (
     let (mut hits, mut found) = (Vec::new(), Vec::new());
     g.packets::<NearestFirst, _>(lanes, parting, rays.columns(), |_, n, met| hits.extend((0..n).map(|k| met.hit(k))));
     g.packets::<LargestFirst, _>(lanes, parting, rays.columns(), |_, n, met| {
-        found.extend((0..n).map(|k| met.any >> k & 1 == 1))
+        found.extend((0..n).map(|k| met.any >> k & 1 == 1));
     });
     (hits, found)
 }
