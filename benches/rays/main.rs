@@ -67,11 +67,11 @@ fn count_in_batches(geometry: &Geometry, query: Query, rays: &[Ray]) -> (usize, 
         let start = Instant::now();
         count += match query {
             Query::Closest => {
-                geometry.closest_of_each(&batch, &mut hits);
+                geometry.closest_of_each(batch.columns(), &mut hits);
                 hits.iter().flatten().count()
             }
             Query::Any => {
-                geometry.obstacle_of_each(&batch, &mut found);
+                geometry.obstacle_of_each(batch.columns(), &mut found);
                 found.iter().flatten().count()
             }
         };

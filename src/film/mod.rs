@@ -177,7 +177,7 @@ impl Film {
     #[inline(always)]
     pub(crate) fn announce(&self, lanes: impl Lanes, raster: Raster, half: Half) {
         if let Some(pixel) = self.crop.index(raster.0.x.floor() as i64, raster.0.y.floor() as i64) {
-            lanes.bring_near(self.halves[half as usize].words_of(pixel));
+            lanes.prefetch(self.halves[half as usize].words_of(pixel));
         }
     }
 

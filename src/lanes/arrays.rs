@@ -107,8 +107,8 @@ impl<const N: usize> Lanes for Arrays<N> {
         Each(std::array::from_fn(|i| bits >> i & 1 == 1))
     }
     #[inline(always)]
-    fn pick(self, [x, y, z]: [f32; 3], which: Self::U) -> Self::F {
-        which.map(|i| [x, y, z, 0.0][i as usize % 4])
+    fn pick(self, of: [&[f32; 8]; 3], k: usize, which: Self::U) -> Self::F {
+        which.map(|i| of[i as usize][k % 8])
     }
     #[inline(always)]
     fn records(self, from: &[Record], at: Self::U) -> [Self::F; 16] {
@@ -122,8 +122,6 @@ impl<const N: usize> Lanes for Arrays<N> {
     fn lane<T: Copy + Debug>(each: &[T; N], i: usize) -> T {
         each[i % N]
     }
-    #[inline(always)]
-    fn bring_near<T>(self, _place: &T) {}
     #[inline(always)]
     fn call<W: Work>(self, work: W) -> W::Output {
         work.work()

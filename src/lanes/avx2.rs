@@ -148,11 +148,17 @@ impl Lanes for Eight {
         })
     }
     #[inline(always)]
-    fn pick(self, [x, y, z]: [f32; 3], which: U) -> F {
+    fn pick(self, [x, y, z]: [&[f32; 8]; 3], k: usize, which: U) -> F {
         F(unsafe {
-            let of = _mm_set_ps(0.0, z, y, x);
+            let of = _mm_set_ps(0.0, z[k % 8], y[k % 8], x[k % 8]);
             _mm256_permutevar_ps(_mm256_set_m128(of, of), which.0)
         })
+    }
+    #[inline(always)]
+    fn prefetch<T>(self, of: &T) {
+        for line in 0..size_of::<T>().div_ceil(64) {
+            unsafe { _mm_prefetch::<_MM_HINT_T0>(std::ptr::from_ref(of).cast::<i8>().wrapping_add(64 * line)) }
+        }
     }
     #[inline(always)]
     fn records(self, from: &[Record], at: U) -> [F; 16] {
@@ -177,11 +183,6 @@ impl Lanes for Eight {
     #[inline(always)]
     fn lane<T: Copy + Debug>(each: &[T; 8], i: usize) -> T {
         each[i % 8]
-    }
-    #[inline(always)]
-    fn bring_near<T>(self, place: &T) {
-        // SAFETY: it changes nothing, whatever the address.
-        unsafe { _mm_prefetch::<_MM_HINT_T0>(std::ptr::from_ref(place).cast()) }
     }
     #[inline(always)]
     fn call<W: Work>(self, work: W) -> W::Output {

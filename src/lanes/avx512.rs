@@ -165,8 +165,14 @@ impl Lanes for Sixteen {
         M(bits as u16)
     }
     #[inline(always)]
-    fn pick(self, [x, y, z]: [f32; 3], which: U) -> F {
-        F(unsafe { _mm512_permutevar_ps(_mm512_broadcast_f32x4(_mm_set_ps(0.0, z, y, x)), which.0) })
+    fn pick(self, [x, y, z]: [&[f32; 8]; 3], k: usize, which: U) -> F {
+        // The place in all three rows: 8 · which + k.
+        F(unsafe {
+            let at = _mm512_add_epi32(_mm512_slli_epi32::<3>(which.0), _mm512_set1_epi32(k as i32 % 8));
+            let (x, y, z) = (_mm256_loadu_ps(x.as_ptr()), _mm256_loadu_ps(y.as_ptr()), _mm256_loadu_ps(z.as_ptr()));
+            let xy = _mm512_insertf32x8::<1>(_mm512_castps256_ps512(x), y);
+            _mm512_permutex2var_ps(xy, at, _mm512_castps256_ps512(z))
+        })
     }
     #[inline(always)]
     fn records(self, from: &[Record], at: U) -> [F; 16] {
@@ -191,9 +197,8 @@ impl Lanes for Sixteen {
         each[i % 16]
     }
     #[inline(always)]
-    fn bring_near<T>(self, place: &T) {
-        // SAFETY: it changes nothing, whatever the address.
-        unsafe { _mm_prefetch::<_MM_HINT_T0>(std::ptr::from_ref(place).cast()) }
+    fn prefetch<T>(self, of: &T) {
+        self.eight().prefetch(of);
     }
     #[inline(always)]
     fn call<W: Work>(self, work: W) -> W::Output {

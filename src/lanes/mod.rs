@@ -144,21 +144,22 @@ pub trait Lanes: Copy + Debug + Send + Sync + 'static {
     fn load_u(self, from: &[u32]) -> Self::U;
     /// The condition that holds in those lanes whose bit is set, the first being the lowest.
     fn mask(self, bits: u32) -> Self::M;
-    /// In each lane one of three numbers, by the last two bits of `which` (0 where they are 3).
-    fn pick(self, of: [f32; 3], which: Self::U) -> Self::F;
+    /// In each lane the `k`-th number, modulo eight, of one of three rows: of which one, `which` says, below 3.
+    fn pick(self, of: [&[f32; 8]; 3], k: usize, which: Self::U) -> Self::F;
     /// Of each lane's record, the one at its place of `from`, all sixteen numbers.
     ///
     /// # Panics
     /// If there is none at the place of some lane.
     fn records(self, from: &[Record], at: Self::U) -> [Self::F; 16];
+    /// Asks memory for what will be needed soon, where the set has an instruction for that.
+    #[inline(always)]
+    fn prefetch<T>(self, _: &T) {}
     /// What `f` makes of the number of each lane.
     fn each<T: Copy + Debug>(self, f: impl FnMut(usize) -> T) -> Self::Each<T>;
     /// What one lane has: that of the number `i` modulo N.
     fn lane<T: Copy + Debug>(each: &Self::Each<T>, i: usize) -> T;
     /// Does it in a function of its own that is compiled for these lanes.
     fn call<W: Work>(self, work: W) -> W::Output;
-    /// Starts to load where it begins into the cache, for what comes later.
-    fn bring_near<T>(self, place: &T);
 
     /// The condition that holds in the first `n` lanes, or in all of them.
     #[inline(always)]
@@ -418,6 +419,14 @@ pub trait Mask: Copy + Debug + BitAnd<Output = Self> + BitOr<Output = Self> + No
 /// The numbers of some lanes, from the first on.
 #[derive(Clone, Copy, Debug)]
 pub struct Set(u32);
+
+impl Set {
+    /// Those whose bits are set.
+    #[inline(always)]
+    pub fn of_bits(bits: u32) -> Self {
+        Self(bits)
+    }
+}
 
 impl Iterator for Set {
     type Item = usize;

@@ -42,8 +42,8 @@ impl Lanes for One {
         bits & 1 == 1
     }
     #[inline(always)]
-    fn pick(self, [x, y, z]: [f32; 3], which: u32) -> f32 {
-        [x, y, z, 0.0][which as usize % 4]
+    fn pick(self, of: [&[f32; 8]; 3], k: usize, which: u32) -> f32 {
+        of[which as usize][k % 8]
     }
     #[inline(always)]
     fn records(self, from: &[Record], at: u32) -> [f32; 16] {
@@ -57,8 +57,6 @@ impl Lanes for One {
     fn lane<T: Copy + std::fmt::Debug>(each: &T, _: usize) -> T {
         *each
     }
-    #[inline(always)]
-    fn bring_near<T>(self, _place: &T) {}
     #[inline(always)]
     fn call<W: Work>(self, work: W) -> W::Output {
         work.work()

@@ -59,6 +59,7 @@ type Given = ([f32; 32], [f32; 32], [u32; 32], [u32; 32]);
 fn results<L: Lanes, const N: usize>(lanes: L, (x, y, u, v): &Given) -> Vec<[u32; N]> {
     let (a, b, scale) = (lanes.load(x), lanes.load(y), x[0]);
     let (i, j, table) = (lanes.load_u(u), lanes.load_u(v), v.first_chunk().unwrap());
+    let rows: [&[f32; 8]; 2] = [x[..8].try_into().unwrap(), x[8..16].try_into().unwrap()];
     let (wide, by) = (f64::from(scale), u[1] % 32);
     let some = lanes.mask(u[0]);
     // Of all 53 bits.
@@ -85,7 +86,7 @@ fn results<L: Lanes, const N: usize>(lanes: L, (x, y, u, v): &Given) -> Vec<[u32
         L::F::from_f64(a.to_f64() / b.to_f64()),
         L::F::from_f64((a.to_f64() - wide) * wide),
         L::F::from_f64(L::D::of_upper_half(i)),
-        lanes.pick([x[1], x[2], x[3]], i),
+        lanes.pick([rows[0], rows[1], rows[0]], 5, i & lanes.splat_u(1)),
         some.select(a, b),
         (i >> 1).to_f32(),
         lanes.numbers(|k| x[k] * y[k]),
@@ -247,8 +248,9 @@ fn arrays_do_to_each_lane_what_scalars_do() {
     // Beside no number it is the second that is taken.
     assert_eq!((all(a.min(b))[3], all(a.max(b))[3]), (7.0, 7.0));
     assert_eq!((a.lt(b).bits(), a.le(b).bits(), a.eq(a).bits()), (0b0011, 0b0111, 0b0111));
-    let picked = lanes.pick([5.0, 6.0, 7.0], lanes.load_u(&[2, 1, 0, 6]));
-    assert_eq!(all(picked), [7.0, 6.0, 5.0, 7.0]);
+    let picked =
+        lanes.pick([&[5.0; 8], &[6.0; 8], &[1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0]], 3, lanes.load_u(&[2, 1, 0, 2]));
+    assert_eq!(all(picked), [4.0, 6.0, 5.0, 4.0]);
     assert_eq!([0, 1, 4, 32].map(|n| lanes.first(n).bits()), [0, 1, 15, 15]);
     assert_eq!(all(lanes.mask(0b0101).select(a, b))[..3], [1.0, 0.5, 0.0]);
 }

@@ -30,7 +30,7 @@ use crate::{
         Scene,
         bsdf::{Bsdfs, Transport},
         camera::Raster,
-        geometry::{Hits, Rays},
+        geometry::Hits,
         media::Inside,
         point::{Place, Point},
     },
@@ -61,7 +61,6 @@ pub trait WaveSink {
 #[derive(Debug, Default)]
 pub struct Wave {
     walks: Walks,
-    rays: Rays,
     hits: Hits,
     obstacles: Hits,
     queues: Queues,
@@ -291,8 +290,7 @@ impl Integrator {
     /// Takes all walks to their next vertex, and sees what is to be done there.
     #[inline(always)]
     fn step<L: Lanes>(&self, stage: Stage<'_, L>, wave: &mut Wave, sink: &mut impl WaveSink) {
-        wave.walks.put_rays(&mut wave.rays);
-        stage.scene.geometry().closest_of_each(&wave.rays, &mut wave.hits);
+        stage.scene.geometry().closest_of_each(wave.walks.rays(), &mut wave.hits);
         let len = wave.walks.0.len();
         wave.queues.next.0.clear(len);
         let of_each = self.connections_of_each(stage, &wave.queues.light_vertices);
@@ -309,13 +307,12 @@ impl Integrator {
     #[inline(always)]
     fn look<L: Lanes>(&self, stage: Stage<'_, L>, wave: &mut Wave, sink: &mut impl WaveSink) {
         let Stage { lanes, scene, transport, vertices, .. } = stage;
-        let Wave { rays, obstacles, queues: Queues { connections, seen, .. }, .. } = wave;
+        let Wave { obstacles, queues: Queues { connections, seen, .. }, .. } = wave;
         let len = connections.0.len();
         if len == 0 {
             return;
         }
-        connections.put_rays(rays);
-        scene.geometry().obstacle_of_each(rays, obstacles);
+        scene.geometry().obstacle_of_each(connections.rays(), obstacles);
         seen.0.clear(len);
         for i in (0..len).step_by(L::N) {
             let blocked = obstacles.any(lanes, i);

@@ -8,7 +8,7 @@ use crate::{
     scene::{
         Scene,
         bsdf::Bsdfs,
-        geometry::{Hit, Hits, PrimitiveId, Ray, Rays},
+        geometry::{Hit, Hits, PrimitiveId, Ray, RayColumns},
         media::Inside,
         point::{Place, Point},
     },
@@ -73,8 +73,12 @@ impl<const F: usize, const U: usize> Columns<F, U> {
 
     /// Three columns of numbers from the `from`-th on.
     fn vectors(&self, from: usize) -> [&[f32]; 3] {
-        let [x, y, z] = [&self.numbers[from], &self.numbers[from + 1], &self.numbers[from + 2]];
-        [&x[..self.len], &y[..self.len], &z[..self.len]]
+        [&self.numbers[from], &self.numbers[from + 1], &self.numbers[from + 2]]
+    }
+
+    /// Two columns of words from the `from`-th on.
+    fn names(&self, from: usize) -> [&[u32]; 2] {
+        [&self.words[from], &self.words[from + 1]]
     }
 
     fn primitive(&self, from: usize, at: usize) -> PrimitiveId {
@@ -288,9 +292,10 @@ impl Walks {
     }
 
     /// All rays.
-    pub fn put_rays(&self, rays: &mut Rays) {
-        let skip = |i| [self.0.primitive(0, i), PrimitiveId::NONE];
-        rays.set(self.0.len, [self.0.vectors(0), self.0.vectors(3)], |_| f32::INFINITY, skip);
+    pub fn rays(&self) -> RayColumns<'_> {
+        let queue = &self.0;
+        let (origin, direction) = (queue.vectors(0), queue.vectors(3));
+        RayColumns { len: queue.len, origin, direction, t_max: None, skip: [Some(queue.names(0)), None] }
     }
 }
 
@@ -327,9 +332,15 @@ impl Connections {
     }
 
     /// All rays.
-    pub fn put_rays(&self, rays: &mut Rays) {
-        let skip = |i| [self.0.primitive(0, i), self.0.primitive(2, i)];
-        rays.set(self.0.len, [self.0.vectors(0), self.0.vectors(3)], |i| self.0.numbers[6][i], skip);
+    pub fn rays(&self) -> RayColumns<'_> {
+        let queue = &self.0;
+        RayColumns {
+            len: queue.len,
+            origin: queue.vectors(0),
+            direction: queue.vectors(3),
+            t_max: Some(&queue.numbers[6]),
+            skip: [Some(queue.names(0)), Some(queue.names(2))],
+        }
     }
 
     /// Of the connections in the lanes `blocked` of the group from the `from`-th on, a bit for each whose ends see each

@@ -13,7 +13,7 @@ use super::{
 };
 #[cfg(target_arch = "x86_64")]
 use crate::lanes::Eight;
-use crate::lanes::{Arrays, Instructions, Lanes, Mask};
+use crate::lanes::{Arrays, Instructions, Lanes, MOST, Mask, Set};
 
 /// The most inner nodes on any way from the root to a leaf. The builder keeps to it, whatever the geometry, so a
 /// walk that puts at most seven siblings per level aside needs no larger stack.
@@ -55,12 +55,32 @@ pub(super) struct Tree {
     /// `None` if there is nothing.
     pub root: Option<Child>,
     instructions: Instructions,
+    /// See [`Self::scattered`].
+    scattered: f32,
 }
+
+/// A tree of more bytes than this is not in the cache of the processor.
+const LARGE: usize = 48 << 20;
 
 impl Tree {
     pub fn new(nodes: Vec<Node>, blocks: Vec<Block>, others: Vec<Primitive>, root: Option<Child>) -> Self {
-        let instructions = Instructions::detect();
-        Self { nodes, blocks, others, root, instructions }
+        let (instructions, mut scattered) = (Instructions::detect(), f32::INFINITY);
+        if size_of_val(&*nodes) + size_of_val(&*blocks) > LARGE
+            && let Some(Below::Node(root)) = root.map(Child::below)
+        {
+            let size = |[low, high]: &[Row; 2]| {
+                let low = low.0.iter().copied().fold(f32::INFINITY, f32::min);
+                high.0.iter().copied().fold(f32::NEG_INFINITY, f32::max) - low
+            };
+            scattered = nodes[root as usize].planes.iter().map(size).fold(0.0, f32::max) / 8.0;
+        }
+        Self { nodes, blocks, others, root, instructions, scattered }
+    }
+
+    /// How far apart rays have to begin so that each needs other parts of the tree, which are not in the cache of the
+    /// processor; infinitely far where all of the tree may be.
+    pub fn scattered(&self) -> f32 {
+        self.scattered
     }
 
     /// The same with walks that use what every processor has.
@@ -120,7 +140,7 @@ impl Tree {
 
     /// [`Self::walk_below`] in eight lanes.
     #[inline(always)]
-    fn walk_in<O: Order, L: Lanes>(
+    pub(super) fn walk_in<O: Order, L: Lanes>(
         &self,
         lanes: L,
         from: Child,
@@ -128,58 +148,113 @@ impl Tree {
         mut limit: f32,
         mut visit: impl FnMut(Found<'_>, f32) -> f32,
     ) {
-        let mut current = from;
         let line = OneLine::new(lanes, ray);
         // Not initialised: that would take longer than many walks.
         let mut place = MaybeUninit::uninit();
         let mut stack = Stack::new(&mut place);
+        let mut next = Some(from);
+        while let Some(current) = next {
+            next = self.step::<O, _>(&line, current, &mut stack, &mut limit, &mut visit);
+        }
+    }
+
+    /// Visits what is in a node or a leaf; returns where to go on.
+    #[inline(always)]
+    fn step<O: Order, L: Lanes>(
+        &self,
+        line: &OneLine<L>,
+        current: Child,
+        stack: &mut Stack<'_, Entry>,
+        limit: &mut f32,
+        visit: &mut impl FnMut(Found<'_>, f32) -> f32,
+    ) -> Option<Child> {
+        match current.below() {
+            Below::Node(index) => {
+                let node = &self.nodes[index as usize];
+                let ([near, _], entered) = line.clip(node.planes(line.lines.lanes, line.first), *limit);
+                let mut entered = entered.bits();
+                if entered.is_power_of_two() {
+                    return Some(node.children[entered.trailing_zeros() as usize % WIDTH]);
+                }
+                if entered != 0 {
+                    let near = Row::of(near).0;
+                    let from = stack.len();
+                    // The largest is the first of them. Those after it are put aside, the last first.
+                    while !entered.is_power_of_two() {
+                        let slot = entered.ilog2() as usize % WIDTH;
+                        entered ^= 1 << slot;
+                        stack.push(Entry::new(near[slot], node.children[slot]));
+                    }
+                    let slot = entered.trailing_zeros() as usize % WIDTH;
+                    return Some(if O::NEAREST_FIRST {
+                        stack.exchange_sorted(from, Entry::new(near[slot], node.children[slot])).child()
+                    } else {
+                        node.children[slot]
+                    });
+                }
+            }
+            Below::Blocks { first, count } => {
+                for block in &self.blocks[first as usize..][..count as usize] {
+                    *limit = block.intersect(line, *limit, |index, t, barycentric, limit| {
+                        visit(Found::Triangle { index, t, barycentric }, limit)
+                    });
+                }
+            }
+            Below::Others { first, count } => {
+                for other in &self.others[first as usize..][..count as usize] {
+                    *limit = visit(Found::Other(other), *limit);
+                }
+            }
+        }
         loop {
-            match current.below() {
-                Below::Node(index) => {
-                    let node = &self.nodes[index as usize];
-                    let ([near, _], entered) = line.clip(node.planes(lanes, line.first), limit);
-                    let mut entered = entered.bits();
-                    if entered.is_power_of_two() {
-                        current = node.children[entered.trailing_zeros() as usize % WIDTH];
-                        continue;
-                    }
-                    if entered != 0 {
-                        let near = Row::of(near).0;
-                        let from = stack.len();
-                        // The largest is the first of them. Those after it are put aside, the last first.
-                        while !entered.is_power_of_two() {
-                            let slot = entered.ilog2() as usize % WIDTH;
-                            entered ^= 1 << slot;
-                            stack.push(Entry::new(near[slot], node.children[slot]));
-                        }
-                        let slot = entered.trailing_zeros() as usize % WIDTH;
-                        current = if O::NEAREST_FIRST {
-                            stack.exchange_sorted(from, Entry::new(near[slot], node.children[slot])).child()
-                        } else {
-                            node.children[slot]
-                        };
-                        continue;
-                    }
-                }
-                Below::Blocks { first, count } => {
-                    for block in &self.blocks[first as usize..][..count as usize] {
-                        limit = block.intersect(&line, limit, |index, t, barycentric, limit| {
-                            visit(Found::Triangle { index, t, barycentric }, limit)
-                        });
-                    }
-                }
-                Below::Others { first, count } => {
-                    for other in &self.others[first as usize..][..count as usize] {
-                        limit = visit(Found::Other(other), limit);
+            let entry = stack.pop()?;
+            if entry.near() <= *limit {
+                return Some(entry.child());
+            }
+        }
+    }
+
+    /// Walks several rays through the tree, a step of each in turn, so that memory answers one while others go on.
+    /// `rays` has those of the lanes `which`, `limits` how far they look, and `visit` gets the lane.
+    #[inline(always)]
+    pub fn walk_in_turn<O: Order, L: Lanes>(
+        &self,
+        lanes: L,
+        rays: &[Prepared; MOST],
+        mut which: u32,
+        limits: &mut [f32; MOST],
+        mut visit: impl FnMut(usize, Found<'_>, f32) -> f32,
+    ) {
+        // Not initialised: that would take longer than many walks.
+        let mut places = [const { MaybeUninit::uninit() }; MOST];
+        let Some(from) = self.root else { return };
+        let (mut lens, mut at) = ([0; MOST], [from; MOST]);
+        while which != 0 {
+            for k in Set::of_bits(which) {
+                let k = k % MOST;
+                let line = OneLine::new(lanes, &rays[k]);
+                let mut stack = Stack { entries: &mut places[k], len: lens[k] };
+                let next = self
+                    .step::<O, _>(&line, at[k], &mut stack, &mut limits[k], &mut |found, limit| visit(k, found, limit));
+                lens[k] = stack.len;
+                match next {
+                    None => which &= !(1 << k),
+                    Some(child) => {
+                        at[k] = child;
+                        self.prefetch(lanes, child);
                     }
                 }
             }
-            current = loop {
-                let Some(entry) = stack.pop() else { return };
-                if entry.near() <= limit {
-                    break entry.child();
-                }
-            };
+        }
+    }
+
+    /// Asks memory for a node or a leaf.
+    #[inline(always)]
+    fn prefetch(&self, lanes: impl Lanes, child: Child) {
+        match child.below() {
+            Below::Node(index) => lanes.prefetch(&self.nodes[index as usize]),
+            Below::Blocks { first, .. } => lanes.prefetch(&self.blocks[first as usize]),
+            Below::Others { .. } => {}
         }
     }
 }

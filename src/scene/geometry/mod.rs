@@ -22,6 +22,7 @@ mod mesh;
 mod node;
 mod offset;
 mod packet;
+mod parted;
 mod query;
 mod ray;
 mod rays;
@@ -47,7 +48,7 @@ pub use self::{
     mesh::{Mesh, surface_of},
     offset::offset_origin,
     ray::Ray,
-    rays::{Hits, Rays},
+    rays::{Hits, RayColumns, Rays},
     shells::{Form, Shell, Shells},
 };
 use self::{

@@ -167,7 +167,7 @@ impl Child {
     }
 }
 
-/// Up to eight triangles side by side: for each axis the coordinates of their first, second and third corners. 320
+/// Up to eight triangles side by side: for the first, second and third corner its coordinates along each axis. 320
 /// bytes. A lane without a triangle has three equal corners, which no ray meets.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Block {
@@ -183,7 +183,7 @@ impl Block {
         for (lane, primitive) in triangles.iter().enumerate() {
             let Shape::Triangle(triangle) = primitive.shape else { panic!("a block holds triangles") };
             for (k, corner) in triangle.corners().iter().enumerate() {
-                (0..3).for_each(|axis| block.corners[axis][k].0[lane] = corner[axis]);
+                (0..3).for_each(|axis| block.corners[k][axis].0[lane] = corner[axis]);
             }
             block.indices[lane] = primitive.index;
         }
@@ -213,8 +213,8 @@ impl Block {
     #[inline]
     pub fn boxes(&self) -> [[Row; 2]; 3] {
         let mut boxes = Node::EMPTY.planes;
-        for ([low, high], corners) in boxes.iter_mut().zip(&self.corners) {
-            for corner in corners {
+        for corner in &self.corners {
+            for ([low, high], corner) in boxes.iter_mut().zip(corner) {
                 for lane in 0..WIDTH {
                     low.0[lane] = low.0[lane].min(corner.0[lane]);
                     high.0[lane] = high.0[lane].max(corner.0[lane]);
@@ -233,15 +233,22 @@ impl Block {
     /// A corner of the triangle in a lane.
     #[inline(always)]
     pub fn corner(&self, lane: usize, corner: usize) -> [f32; 3] {
-        let [x, y, z] = &self.corners;
-        [x[corner].0[lane], y[corner].0[lane], z[corner].0[lane]]
+        let [x, y, z] = &self.corners[corner];
+        [x.0[lane], y.0[lane], z.0[lane]]
+    }
+
+    /// The coordinates of the first, second or third corners.
+    #[inline(always)]
+    pub fn corners(&self, corner: usize) -> [&[f32; WIDTH]; 3] {
+        let [x, y, z] = &self.corners[corner];
+        [&x.0, &y.0, &z.0]
     }
 
     /// The planes of the triangles' boxes along an axis, those of the side `first` before the others.
     #[inline(always)]
     fn planes<L: Lanes>(&self, lanes: L, axis: usize, first: usize) -> [L::F; 2] {
-        let [a, b, c] = &self.corners[axis];
-        let (a, b, c) = (lanes.load(&a.0), lanes.load(&b.0), lanes.load(&c.0));
+        let [a, b, c] = &self.corners;
+        let (a, b, c) = (lanes.load(&a[axis].0), lanes.load(&b[axis].0), lanes.load(&c[axis].0));
         let (low, high) = (a.min(b).min(c), a.max(b).max(c));
         if first == 0 { [low, high] } else { [high, low] }
     }
@@ -258,22 +265,24 @@ impl Block {
         let OneLine { ray, lines, first } = line;
         let lanes = lines.lanes;
         let [x, y, z] = ray.axes;
-        let [x, y, z] = [&self.corners[x as usize], &self.corners[y as usize], &self.corners[z as usize]];
-        let a = lines.sheared([lanes.load(&x[0].0), lanes.load(&y[0].0), lanes.load(&z[0].0)]);
-        let b = lines.sheared([lanes.load(&x[1].0), lanes.load(&y[1].0), lanes.load(&z[1].0)]);
-        let c = lines.sheared([lanes.load(&x[2].0), lanes.load(&y[2].0), lanes.load(&z[2].0)]);
-        let edges = lines.edges([a, b, c]);
-        if !edges.met.any() {
+        let (x, y, z) = (x as usize, y as usize, z as usize);
+        let [a, b, c] = &self.corners;
+        let a = lines.relative([lanes.load(&a[x].0), lanes.load(&a[y].0), lanes.load(&a[z].0)]);
+        let b = lines.relative([lanes.load(&b[x].0), lanes.load(&b[y].0), lanes.load(&b[z].0)]);
+        let c = lines.relative([lanes.load(&c[x].0), lanes.load(&c[y].0), lanes.load(&c[z].0)]);
+        let edges = lines.edges([lines.sheared(a), lines.sheared(b), lines.sheared(c)]);
+        if !edges.inside.any() {
             return limit;
         }
+        let det = edges.det();
         // Most of what is left lies behind the ray.
         let boxes = [self.planes(lanes, 0, first[0]), self.planes(lanes, 1, first[1]), self.planes(lanes, 2, first[2])];
         let ([near, far], entered) = line.clip(boxes, limit);
-        let mut met = (edges.met & entered).bits();
+        let mut met = (edges.inside & lines.is_area(det) & entered).bits();
         if met == 0 {
             return limit;
         }
-        let (v, w, det) = (Row::of(edges.v), Row::of(edges.w), Row::of(edges.det));
+        let (v, w, det) = (Row::of(edges.v), Row::of(edges.w), Row::of(det));
         let (near, far) = (Row::of(near), Row::of(far));
         while met != 0 {
             let lane = met.trailing_zeros() as usize % WIDTH;

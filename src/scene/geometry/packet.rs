@@ -12,20 +12,24 @@ use super::{
     Hit, PrimitiveId,
     bvh::{Order, Stack, Tree},
     node::{Below, Block, Child, WIDTH},
-    ray::Lines,
-    rays::Rays,
+    ray::{BEFORE, Lines},
+    rays::RayColumns,
     triangle::Triangle,
 };
 use crate::lanes::{Float, Lanes, MOST, Mask, Select, Unsigned};
 
 /// A ray in each lane.
 pub(super) struct Packet<L: Lanes> {
-    lines: Lines<L>,
+    pub lines: Lines<L>,
     /// See [`Prepared::axes`](super::ray::Prepared::axes).
-    axes: [L::U; 3],
-    direction: [L::F; 3],
-    /// The triangles of the world that each ray passes by.
-    skip: [L::U; 2],
+    pub axes: [L::U; 3],
+    /// The inverse of the direction along them.
+    inverse: [L::F; 3],
+    pub direction: [L::F; 3],
+    /// What each ray passes by, as [`PrimitiveId::words`].
+    pub skip: [[L::U; 2]; 2],
+    /// The numbers of those in world space.
+    skipped: [L::U; 2],
 }
 
 /// What the rays of a packet have met so far, side by side; places beyond the last lane are not used.
@@ -37,14 +41,16 @@ pub(super) struct Met {
     /// The primitive that is there, as [`PrimitiveId`] has it; before there is one, a name that no other comes before.
     pub instance: [u32; MOST],
     pub index: [u32; MOST],
-    pub barycentric: [[f32; MOST]; 2],
+    /// The edge functions of the second and the third corner, and the sum of all: over it, they are the barycentric
+    /// coordinates.
+    pub areas: [[f32; MOST]; 3],
     /// Which rays have met anything.
     pub any: u32,
 }
 
 impl Met {
     pub const NOTHING: Self =
-        Self { limit: [0.0; MOST], instance: [0; MOST], index: [0; MOST], barycentric: [[0.0; MOST]; 2], any: 0 };
+        Self { limit: [0.0; MOST], instance: [0; MOST], index: [0; MOST], areas: [[1.0; MOST]; 3], any: 0 };
 
     /// Forgets all, and looks as far as this.
     #[inline(always)]
@@ -64,7 +70,7 @@ impl Met {
     pub fn put(&mut self, k: usize, hit: Hit) {
         self.limit[k] = hit.t;
         (self.instance[k], self.index[k]) = (hit.primitive.instance, hit.primitive.index);
-        (self.barycentric[0][k], self.barycentric[1][k]) = (hit.barycentric.x, hit.barycentric.y);
+        [self.areas[0][k], self.areas[1][k], self.areas[2][k]] = [hit.barycentric.x, hit.barycentric.y, 1.0];
         self.any |= 1 << k;
     }
 }
@@ -72,7 +78,7 @@ impl Met {
 impl<L: Lanes> Packet<L> {
     /// The rays from the `from`-th on, one for each lane.
     #[inline(always)]
-    pub fn new(lanes: L, rays: &Rays, from: usize) -> Self {
+    pub fn new(lanes: L, rays: &RayColumns<'_>, from: usize) -> Self {
         let [ox, oy, oz] = [&rays.origin[0][from..], &rays.origin[1][from..], &rays.origin[2][from..]];
         let [dx, dy, dz] = [&rays.direction[0][from..], &rays.direction[1][from..], &rays.direction[2][from..]];
         let (ox, oy, oz) = (lanes.load(ox), lanes.load(oy), lanes.load(oz));
@@ -84,10 +90,11 @@ impl<L: Lanes> Packet<L> {
         let one = lanes.splat(1.0);
         let depth = turned::<L, _>(along_x, along_y, [dx, dy, dz]);
         let [k0, k1, k2] = [lanes.splat_u(0), lanes.splat_u(1), lanes.splat_u(2)];
+        let [ix, iy, iz] = [inverse(lanes, one, dx), inverse(lanes, one, dy), inverse(lanes, one, dz)];
         let lines = Lines {
             lanes,
             origin: [ox, oy, oz],
-            inverse: [inverse(lanes, one, dx), inverse(lanes, one, dy), inverse(lanes, one, dz)],
+            inverse: [ix, iy, iz],
             start: [
                 turned::<L, _>(along_x, along_y, [oy, oz, ox]),
                 turned::<L, _>(along_x, along_y, [oz, ox, oy]),
@@ -98,6 +105,8 @@ impl<L: Lanes> Packet<L> {
                 turned::<L, _>(along_x, along_y, [dz, dx, dy]) / depth,
             ],
         };
+        let (skip, world, none) = (rays.skip(lanes, from), lanes.splat_u(PrimitiveId::WORLD), lanes.splat_u(u32::MAX));
+        let [[i, j], [k, l]] = skip;
         Self {
             lines,
             axes: [
@@ -105,8 +114,14 @@ impl<L: Lanes> Packet<L> {
                 turned::<L, _>(along_x, along_y, [k2, k0, k1]),
                 turned::<L, _>(along_x, along_y, [k0, k1, k2]),
             ],
+            inverse: [
+                turned::<L, _>(along_x, along_y, [iy, iz, ix]),
+                turned::<L, _>(along_x, along_y, [iz, ix, iy]),
+                turned::<L, _>(along_x, along_y, [ix, iy, iz]),
+            ],
             direction: [dx, dy, dz],
-            skip: [lanes.load_u(&rays.skip_in_world[0][from..]), lanes.load_u(&rays.skip_in_world[1][from..])],
+            skip,
+            skipped: [i.eq(world).select(j, none), k.eq(world).select(l, none)],
         }
     }
 
@@ -122,11 +137,21 @@ impl<L: Lanes> Packet<L> {
         ([near, far], near.le(far.min(limit)))
     }
 
+    /// A corner of the triangle in a lane of a block as [`Lines::relative`] has it.
     #[inline(always)]
-    fn sheared(&self, corner: [f32; 3]) -> [L::F; 2] {
-        let lanes = self.lines.lanes;
+    fn relative(&self, block: &Block, k: usize, corner: usize) -> [L::F; 3] {
+        let (lanes, of) = (self.lines.lanes, block.corners(corner));
         let [x, y, z] = self.axes;
-        self.lines.sheared([lanes.pick(corner, x), lanes.pick(corner, y), lanes.pick(corner, z)])
+        self.lines.relative([lanes.pick(of, k, x), lanes.pick(of, k, y), lanes.pick(of, k, z)])
+    }
+
+    /// Where the rays enter and leave the slab between the least and the largest of coordinates as seen from the
+    /// origin, along one of [`Self::axes`].
+    #[inline(always)]
+    fn slab(&self, [a, b, c]: [[L::F; 3]; 3], axis: usize) -> [L::F; 2] {
+        let inverse = self.inverse[axis];
+        let (a, b, c) = (a[axis] * inverse, b[axis] * inverse, c[axis] * inverse);
+        [a.min(b).min(c), a.max(b).max(c)]
     }
 
     /// [`Triangle::distance`], with the same roundings.
@@ -143,26 +168,27 @@ impl<L: Lanes> Packet<L> {
     #[inline(always)]
     fn triangle<O: Order>(&self, block: &Block, k: usize, which: L::M, met: &mut Met) {
         let lanes = self.lines.lanes;
-        let (a, b, c) = (block.corner(k, 0), block.corner(k, 1), block.corner(k, 2));
-        let edges = self.lines.edges([self.sheared(a), self.sheared(b), self.sheared(c)]);
-        let candidates = edges.met & which;
-        if !candidates.any() {
-            return;
-        }
-        let planes = [
-            [a[0].min(b[0]).min(c[0]), a[0].max(b[0]).max(c[0])],
-            [a[1].min(b[1]).min(c[1]), a[1].max(b[1]).max(c[1])],
-            [a[2].min(b[2]).min(c[2]), a[2].max(b[2]).max(c[2])],
-        ];
-        let limit = lanes.load(&met.limit);
-        let (range, entered) = self.clip(planes, limit);
+        let corners = [self.relative(block, k, 0), self.relative(block, k, 1), self.relative(block, k, 2)];
+        let (lines, [a, b, c]) = (&self.lines, corners);
+        let edges = lines.edges([lines.sheared(a), lines.sheared(b), lines.sheared(c)]);
+        // Most of what is left lies behind the ray or too far away, which the box shows along one axis already.
+        let (limit, z) = (lanes.load(&met.limit), self.slab(corners, 2));
+        let within = lanes.splat(0.0).le(z[1]) & (z[0] * BEFORE).le(limit);
         let index = lanes.splat_u(block.index(k));
-        let candidates = candidates & entered & !(index.eq(self.skip[0]) | index.eq(self.skip[1]));
+        let skipped = index.eq(self.skipped[0]) | index.eq(self.skipped[1]);
+        let candidates = edges.inside & within & which & !skipped;
         if !candidates.any() {
             return;
         }
-        let triangle = Triangle::new([Vec3::from_array(a), Vec3::from_array(b), Vec3::from_array(c)]);
-        let t = self.distance(triangle.cross(), Vec3::from_array(a).as_dvec3(), range);
+        let det = edges.det();
+        let [near, far] = lines.clip([self.slab(corners, 0), self.slab(corners, 1), z]);
+        let candidates = candidates & lines.is_area(det) & near.le(far.min(limit));
+        if !candidates.any() {
+            return;
+        }
+        let [a, b, c] = [block.corner(k, 0), block.corner(k, 1), block.corner(k, 2)];
+        let [a, b, c] = [Vec3::from_array(a), Vec3::from_array(b), Vec3::from_array(c)];
+        let t = self.distance(Triangle::new([a, b, c]).cross(), a.as_dvec3(), [near, far]);
         let ahead = candidates & lanes.splat(0.0).lt(t);
         // At equal distance the smaller id: see `Hit::order`.
         let (before, there) = (lanes.load_u(&met.index), lanes.load_u(&met.instance));
@@ -171,12 +197,12 @@ impl<L: Lanes> Packet<L> {
         let nearer = if O::NEAREST_FIRST { t.lt(limit) | (t.eq(limit) & first) } else { t.lt(limit) };
         let hit = ahead & nearer;
         if hit.any() {
-            let [v, w] = [lanes.load(&met.barycentric[0]), lanes.load(&met.barycentric[1])];
             hit.select(t, limit).store(&mut met.limit);
             hit.select(world, there).store(&mut met.instance);
             hit.select(index, before).store(&mut met.index);
-            hit.select(edges.v / edges.det, v).store(&mut met.barycentric[0]);
-            hit.select(edges.w / edges.det, w).store(&mut met.barycentric[1]);
+            for (area, x) in met.areas.iter_mut().zip([edges.v, edges.w, det]) {
+                hit.select(x, lanes.load(area)).store(area);
+            }
             met.any |= hit.bits();
         }
     }
@@ -209,7 +235,7 @@ struct Entry {
 impl Tree {
     /// Walks the rays `which` of a packet through the tree, together as long as more than `few` of them enter a node.
     ///
-    /// `alone` sends the one in a lane through a subtree by itself, and brings what it meets to [`Met`].
+    /// `alone` sends those of some lanes through a subtree one by one, and brings what they meet to [`Met`].
     #[inline(always)]
     pub fn walk_packet<O: Order, L: Lanes>(
         &self,
@@ -217,7 +243,7 @@ impl Tree {
         which: L::M,
         few: u32,
         met: &mut Met,
-        mut alone: impl FnMut(usize, Child, &mut Met),
+        mut alone: impl FnMut(u32, Child, &mut Met),
     ) {
         let Some(root) = self.root else { return };
         let lanes = packet.lines.lanes;
@@ -258,13 +284,7 @@ impl Tree {
                         }
                     }
                 }
-                _ => {
-                    let mut left = rays;
-                    while left != 0 {
-                        alone(left.trailing_zeros() as usize % MOST, current, met);
-                        left &= left - 1;
-                    }
-                }
+                _ => alone(rays, current, met),
             }
             if !O::NEAREST_FIRST {
                 open &= !met.any;

@@ -7,8 +7,7 @@ use glam::Vec2;
 use super::{
     Geometry, Hit, PrimitiveId, Ray,
     bvh::{Found, LargestFirst, NearestFirst, Order},
-    node::{Child, Primitive, Shape},
-    packet::Met,
+    node::{Primitive, Shape},
     ray::Prepared,
 };
 
@@ -103,7 +102,7 @@ impl Geometry {
 
     /// Brings what a walk through the world's tree has come upon to `accept`; returns the new limit.
     #[inline(always)]
-    fn offer<O: Order, const N: usize>(
+    pub(super) fn offer<O: Order, const N: usize>(
         &self,
         found: Found<'_>,
         limit: f32,
@@ -123,30 +122,6 @@ impl Geometry {
             }
             Found::Other(instance) => self.enter::<O, N>(instance.index, ray, skip, limit, accept),
         }
-    }
-
-    /// Brings what a ray of a packet meets in a subtree of the world's tree to its place in `met`: the closest, or
-    /// anything.
-    #[inline(always)]
-    pub(super) fn meet_below<O: Order>(
-        &self,
-        ray: &Prepared,
-        skip: &[PrimitiveId; 2],
-        below: Child,
-        k: usize,
-        met: &mut Met,
-    ) {
-        let Some(tree) = self.tree() else { return };
-        tree.walk_below::<O>(below, ray, met.limit[k], |found, limit| {
-            let skip_world = skip.map(|id| id.index_in(PrimitiveId::WORLD));
-            self.offer::<O, 2>(found, limit, ray, skip, &skip_world, &mut |hit, limit| {
-                if !met.improves(k, &hit) {
-                    return limit;
-                }
-                met.put(k, hit);
-                if O::NEAREST_FIRST { hit.t } else { f32::NEG_INFINITY }
-            })
-        });
     }
 
     /// [`Self::candidates`] of an instance; returns the new limit.

@@ -34,6 +34,8 @@ impl<V: Vector> Ray<V> {
 /// Boxes are entered a little early and left a little late (Ize 2013, *Robust BVH Ray Traversal*): three roundings of
 /// the box test itself, and about five of the shear in the triangle test that must find its triangle inside.
 const SLACK: f32 = 4.0 * f32::EPSILON;
+/// What is left of a distance with that slack.
+pub(super) const BEFORE: f32 = 1.0 - SLACK;
 
 /// A coordinate axis: an index that is known to be in range.
 #[derive(Clone, Copy, Debug)]
@@ -88,12 +90,21 @@ pub(super) struct Lines<L: Lanes> {
 
 /// The edge functions of triangles in the sheared frame (see `Triangle::intersect`).
 pub(super) struct Edges<L: Lanes> {
-    /// Those of the second and the third corner, over `det` its barycentric coordinates.
+    /// Those of the corners: over the sum of all, they are its barycentric coordinates.
+    pub u: L::F,
     pub v: L::F,
     pub w: L::F,
-    pub det: L::F,
-    /// Where the line passes through the triangle.
-    pub met: L::M,
+    /// Where none lies on the other side than another. If the sum of all [is an area](Lines::is_area), the line passes
+    /// through the triangle.
+    pub inside: L::M,
+}
+
+impl<L: Lanes> Edges<L> {
+    /// The sum of all.
+    #[inline(always)]
+    pub fn det(&self) -> L::F {
+        self.u + self.v + self.w
+    }
 }
 
 impl<L: Lanes> Lines<L> {
@@ -108,14 +119,19 @@ impl<L: Lanes> Lines<L> {
     pub fn clip(&self, [[x, x_far], [y, y_far], [z, z_far]]: [[L::F; 2]; 3]) -> [L::F; 2] {
         let near = x.max(y).max(z.max(self.lanes.splat(0.0)));
         let far = x_far.min(y_far).min(z_far);
-        [near * (1.0 - SLACK), far * (1.0 + SLACK)]
+        [near * BEFORE, far * (1.0 + SLACK)]
     }
 
-    /// Corners in the sheared frame, x and y, from their coordinates along [`Prepared::axes`].
+    /// Corners as seen from the origin, from their coordinates along [`Prepared::axes`].
+    #[inline(always)]
+    pub fn relative(&self, [x, y, z]: [L::F; 3]) -> [L::F; 3] {
+        [x - self.start[0], y - self.start[1], z - self.start[2]]
+    }
+
+    /// The same in the sheared frame, x and y.
     #[inline(always)]
     pub fn sheared(&self, [x, y, z]: [L::F; 3]) -> [L::F; 2] {
-        let z = z - self.start[2];
-        [x - self.start[0] - self.shear[0] * z, y - self.start[1] - self.shear[1] * z]
+        [x - self.shear[0] * z, y - self.shear[1] * z]
     }
 
     /// `Triangle::intersect`, with the same roundings, of triangles with these corners in the sheared frame.
@@ -124,10 +140,14 @@ impl<L: Lanes> Lines<L> {
         let u = cx * by - cy * bx;
         let v = ax * cy - ay * cx;
         let w = bx * ay - by * ax;
-        let (zero, infinity) = (self.lanes.splat(0.0), self.lanes.splat(f32::INFINITY));
-        let outside = u.min(v).min(w).lt(zero) & zero.lt(u.max(v).max(w));
-        let det = u + v + w;
-        Edges { v, w, det, met: !outside & zero.lt(det.abs()) & det.abs().lt(infinity) }
+        let zero = self.lanes.splat(0.0);
+        Edges { u, v, w, inside: !(u.min(v).min(w).lt(zero) & zero.lt(u.max(v).max(w))) }
+    }
+
+    /// Where a sum of edge functions is neither zero nor beyond what there are numbers for.
+    #[inline(always)]
+    pub fn is_area(&self, det: L::F) -> L::M {
+        self.lanes.splat(0.0).lt(det.abs()) & det.abs().lt(self.lanes.splat(f32::INFINITY))
     }
 }
 
@@ -182,7 +202,7 @@ impl Prepared {
     #[inline]
     pub fn clip(&self, b: Bounds) -> Interval {
         let (s, t) = ((b.min - self.origin) * self.inverse, (b.max - self.origin) * self.inverse);
-        Interval { near: s.min(t).max_element().max(0.0) * (1.0 - SLACK), far: s.max(t).min_element() * (1.0 + SLACK) }
+        Interval { near: s.min(t).max_element().max(0.0) * BEFORE, far: s.max(t).min_element() * (1.0 + SLACK) }
     }
 }
 

@@ -6,7 +6,7 @@ use super::{
     Geometry, Hit, PrimitiveId, Ray,
     bvh::{LargestFirst, NearestFirst, Order},
     packet::{Met, Packet},
-    ray::Prepared,
+    parted::{Parted, Parting},
 };
 use crate::lanes::{Arrays, Float, Instructions, Lanes, MOST, Select, Unsigned};
 #[cfg(target_arch = "x86_64")]
@@ -17,12 +17,10 @@ use crate::lanes::{Eight, Sixteen};
 pub struct Rays {
     len: usize,
     // Each has a multiple of `MOST` places, so that the last packet can be loaded whole.
-    pub(super) origin: [Vec<f32>; 3],
-    pub(super) direction: [Vec<f32>; 3],
-    pub(super) t_max: Vec<f32>,
-    skip: Vec<[PrimitiveId; 2]>,
-    /// The number of each of the two in world space, or one that no primitive has.
-    pub(super) skip_in_world: [Vec<u32>; 2],
+    origin: [Vec<f32>; 3],
+    direction: [Vec<f32>; 3],
+    t_max: Vec<f32>,
+    skip: [[Vec<u32>; 2]; 2],
 }
 
 impl Rays {
@@ -42,59 +40,99 @@ impl Rays {
     }
 
     /// Adds rays that do not meet the two flat primitives in `skip` (a sphere may be hit again from inside).
-    #[inline]
     pub fn extend(&mut self, rays: &[Ray], skip: impl Fn(usize) -> [PrimitiveId; 2]) {
-        let len = self.len + rays.len();
-        // One loop for each array: each is a plain copy then.
         for axis in 0..3 {
-            refill(&mut self.origin[axis], self.len, rays.iter().map(|ray| ray.origin[axis]), 0.0);
-            refill(&mut self.direction[axis], self.len, rays.iter().map(|ray| ray.direction[axis]), 0.0);
+            refill(&mut self.origin[axis], self.len, rays.iter().map(|ray| ray.origin[axis]));
+            refill(&mut self.direction[axis], self.len, rays.iter().map(|ray| ray.direction[axis]));
         }
-        refill(&mut self.t_max, self.len, rays.iter().map(|ray| ray.t_max), 0.0);
-        refill(&mut self.skip, self.len, (0..rays.len()).map(&skip), [PrimitiveId::NONE; 2]);
-        for which in 0..2 {
-            let in_world = (0..rays.len()).map(|i| skip(i)[which].index_in(PrimitiveId::WORLD));
-            refill(&mut self.skip_in_world[which], self.len, in_world, u32::MAX);
+        refill(&mut self.t_max, self.len, rays.iter().map(|ray| ray.t_max));
+        for (which, words) in self.skip.iter_mut().enumerate() {
+            for (part, word) in words.iter_mut().enumerate() {
+                refill(word, self.len, (0..rays.len()).map(|i| skip(i)[which].words()[part]));
+            }
         }
-        self.len = len;
+        self.len += rays.len();
     }
 
-    /// Puts rays with these origins and directions, column by column, in place of all: each up to `t_max` of its
-    /// number, without the two flat primitives of `skip`.
-    #[inline(always)]
-    pub(crate) fn set(
-        &mut self,
-        len: usize,
-        [origin, direction]: [[&[f32]; 3]; 2],
-        t_max: impl Fn(usize) -> f32,
-        skip: impl Fn(usize) -> [PrimitiveId; 2],
-    ) {
-        for axis in 0..3 {
-            refill(&mut self.origin[axis], 0, origin[axis].iter().copied(), 0.0);
-            refill(&mut self.direction[axis], 0, direction[axis].iter().copied(), 0.0);
+    /// What [`Geometry::closest_of_each`] takes.
+    pub fn columns(&self) -> RayColumns<'_> {
+        let ([ox, oy, oz], [dx, dy, dz], [[i, j], [k, l]]) = (&self.origin, &self.direction, &self.skip);
+        RayColumns {
+            len: self.len,
+            origin: [ox, oy, oz],
+            direction: [dx, dy, dz],
+            t_max: Some(&self.t_max),
+            skip: [Some([i, j]), Some([k, l])],
         }
-        refill(&mut self.t_max, 0, (0..len).map(t_max), 0.0);
-        refill(&mut self.skip, 0, (0..len).map(&skip), [PrimitiveId::NONE; 2]);
-        for which in 0..2 {
-            let in_world = (0..len).map(|i| skip(i)[which].index_in(PrimitiveId::WORLD));
-            refill(&mut self.skip_in_world[which], 0, in_world, u32::MAX);
-        }
-        self.len = len;
-    }
-
-    #[inline]
-    fn ray(&self, i: usize) -> Ray {
-        let at = |[x, y, z]: &[Vec<f32>; 3]| Vec3::new(x[i], y[i], z[i]);
-        Ray { origin: at(&self.origin), direction: at(&self.direction), t_max: self.t_max[i] }
     }
 }
 
-/// Puts `new` behind the first `len`, and so much of `filling` behind that, that the last packet can be loaded whole.
-#[inline(always)]
-fn refill<T: Copy>(numbers: &mut Vec<T>, len: usize, new: impl Iterator<Item = T>, filling: T) {
+/// Puts `new` behind the first `len`, and so much behind that, that the last packet can be loaded whole.
+fn refill<T: Copy + Default>(numbers: &mut Vec<T>, len: usize, new: impl Iterator<Item = T>) {
     numbers.truncate(len);
     numbers.extend(new);
-    numbers.resize(numbers.len().next_multiple_of(MOST), filling);
+    numbers.resize(numbers.len().next_multiple_of(MOST), T::default());
+}
+
+/// Rays that lie side by side somewhere, column by column. Each column has something up to the next multiple of
+/// [`MOST`], so that the last packet can be loaded whole.
+#[derive(Clone, Copy, Debug)]
+pub struct RayColumns<'a> {
+    pub(crate) len: usize,
+    pub(crate) origin: [&'a [f32]; 3],
+    pub(crate) direction: [&'a [f32]; 3],
+    /// See [`Ray::t_max`]; none for half-lines.
+    pub(crate) t_max: Option<&'a [f32]>,
+    /// The flat primitives that each passes by, as [`PrimitiveId::words`].
+    pub(crate) skip: [Option<[&'a [u32]; 2]>; 2],
+}
+
+impl RayColumns<'_> {
+    /// Where those from the `from`-th on end, one for each lane.
+    #[inline(always)]
+    fn t_max<L: Lanes>(&self, lanes: L, from: usize) -> L::F {
+        match self.t_max {
+            None => lanes.splat(f32::INFINITY),
+            Some(t_max) => lanes.load(&t_max[from..]),
+        }
+    }
+
+    /// Whether the origins of `n` from the `from`-th on lie further apart than `far` along an axis.
+    pub(super) fn are_scattered(&self, [from, n]: [usize; 2], far: f32) -> bool {
+        self.origin.iter().any(|x| {
+            let x = &x[from..from + n];
+            x.iter().copied().fold(x[0], f32::max) - x.iter().copied().fold(x[0], f32::min) > far
+        })
+    }
+
+    /// The `i`-th.
+    #[inline]
+    pub(super) fn ray(&self, i: usize) -> Ray {
+        let at = |[x, y, z]: [&[f32]; 3]| Vec3::new(x[i], y[i], z[i]);
+        let t_max = self.t_max.map_or(f32::INFINITY, |t_max| t_max[i]);
+        Ray { origin: at(self.origin), direction: at(self.direction), t_max }
+    }
+
+    /// What the `i`-th passes by.
+    #[inline]
+    pub(super) fn passed_by(&self, i: usize) -> [PrimitiveId; 2] {
+        let name = |words: Option<[&[u32]; 2]>| {
+            words.map_or(PrimitiveId::NONE, |[instance, index]| PrimitiveId::of_words([instance[i], index[i]]))
+        };
+        self.skip.map(name)
+    }
+
+    /// What those from the `from`-th on pass by.
+    #[inline(always)]
+    pub(super) fn skip<L: Lanes>(&self, lanes: L, from: usize) -> [[L::U; 2]; 2] {
+        let mut skip = [[lanes.splat_u(u32::MAX); 2]; 2];
+        for (skip, words) in skip.iter_mut().zip(self.skip) {
+            if let Some([instance, index]) = words {
+                *skip = [lanes.load_u(&instance[from..]), lanes.load_u(&index[from..])];
+            }
+        }
+        skip
+    }
 }
 
 /// What each of many rays has met, side by side.
@@ -156,8 +194,9 @@ impl Hits {
         lanes.load(&met.limit).store(&mut self.t[from..]);
         any.select(lanes.load_u(&met.instance), none).store(&mut self.instance[from..]);
         any.select(lanes.load_u(&met.index), none).store(&mut self.index[from..]);
-        lanes.load(&met.barycentric[0]).store(&mut self.barycentric[0][from..]);
-        lanes.load(&met.barycentric[1]).store(&mut self.barycentric[1][from..]);
+        let det = lanes.load(&met.areas[2]);
+        (lanes.load(&met.areas[0]) / det).store(&mut self.barycentric[0][from..]);
+        (lanes.load(&met.areas[1]) / det).store(&mut self.barycentric[1][from..]);
     }
 }
 
@@ -166,12 +205,9 @@ impl Geometry {
     ///
     /// # Panics
     /// If there are primitives, but [`Self::build`] has not been called.
-    pub fn closest_of_each(&self, rays: &Rays, hits: &mut Hits) {
-        hits.start(rays.len);
+    pub fn closest_of_each(&self, rays: RayColumns<'_>, hits: &mut Hits) {
         match self.instructions() {
-            Instructions::Portable => {
-                self.packets::<NearestFirst, _>(Arrays::<1>, 1, rays, |from, _, met| hits.put(Arrays::<1>, from, met));
-            }
+            Instructions::Portable => self.fill::<NearestFirst, _>(Arrays::<1>, rays, hits),
             // SAFETY, here and below: a set of lanes exists only where the processor has it.
             #[cfg(target_arch = "x86_64")]
             Instructions::Avx2(eight) => unsafe { self.closest_avx2(eight, rays, hits) },
@@ -185,14 +221,9 @@ impl Geometry {
     ///
     /// # Panics
     /// If there are primitives, but [`Self::build`] has not been called.
-    pub fn obstacle_of_each(&self, rays: &Rays, found: &mut Hits) {
-        found.start(rays.len);
+    pub fn obstacle_of_each(&self, rays: RayColumns<'_>, found: &mut Hits) {
         match self.instructions() {
-            Instructions::Portable => {
-                self.packets::<LargestFirst, _>(Arrays::<1>, 1, rays, |from, _, met| {
-                    found.put(Arrays::<1>, from, met);
-                });
-            }
+            Instructions::Portable => self.fill::<LargestFirst, _>(Arrays::<1>, rays, found),
             #[cfg(target_arch = "x86_64")]
             Instructions::Avx2(eight) => unsafe { self.obstacle_avx2(eight, rays, found) },
             #[cfg(target_arch = "x86_64")]
@@ -206,26 +237,33 @@ impl Geometry {
 
     #[cfg(target_arch = "x86_64")]
     #[target_feature(enable = "avx2,bmi1,bmi2,lzcnt,popcnt")]
-    fn closest_avx2(&self, lanes: Eight, rays: &Rays, hits: &mut Hits) {
-        self.packets::<NearestFirst, _>(lanes, 4, rays, |from, _, met| hits.put(lanes, from, met));
+    fn closest_avx2(&self, lanes: Eight, rays: RayColumns<'_>, hits: &mut Hits) {
+        self.fill::<NearestFirst, _>(lanes, rays, hits);
     }
 
     #[cfg(target_arch = "x86_64")]
     #[target_feature(enable = "avx512f,avx512vl,avx512dq,avx512bw,avx512cd,avx2,bmi1,bmi2,lzcnt,popcnt")]
-    fn closest_avx512(&self, lanes: Sixteen, rays: &Rays, hits: &mut Hits) {
-        self.packets::<NearestFirst, _>(lanes, 8, rays, |from, _, met| hits.put(lanes, from, met));
+    fn closest_avx512(&self, lanes: Sixteen, rays: RayColumns<'_>, hits: &mut Hits) {
+        self.fill::<NearestFirst, _>(lanes, rays, hits);
     }
 
     #[cfg(target_arch = "x86_64")]
     #[target_feature(enable = "avx2,bmi1,bmi2,lzcnt,popcnt")]
-    fn obstacle_avx2(&self, lanes: Eight, rays: &Rays, found: &mut Hits) {
-        self.packets::<LargestFirst, _>(lanes, 4, rays, |from, _, met| found.put(lanes, from, met));
+    fn obstacle_avx2(&self, lanes: Eight, rays: RayColumns<'_>, found: &mut Hits) {
+        self.fill::<LargestFirst, _>(lanes, rays, found);
     }
 
     #[cfg(target_arch = "x86_64")]
     #[target_feature(enable = "avx512f,avx512vl,avx512dq,avx512bw,avx512cd,avx2,bmi1,bmi2,lzcnt,popcnt")]
-    fn obstacle_avx512(&self, lanes: Sixteen, rays: &Rays, found: &mut Hits) {
-        self.packets::<LargestFirst, _>(lanes, 8, rays, |from, _, met| found.put(lanes, from, met));
+    fn obstacle_avx512(&self, lanes: Sixteen, rays: RayColumns<'_>, found: &mut Hits) {
+        self.fill::<LargestFirst, _>(lanes, rays, found);
+    }
+
+    #[inline(always)]
+    fn fill<O: Order, L: Lanes>(&self, lanes: L, rays: RayColumns<'_>, hits: &mut Hits) {
+        hits.start(rays.len);
+        let parting = Parting::of::<O>(self.tree(), L::N);
+        self.packets::<O, _>(lanes, parting, rays, |from, _, met| hits.put(lanes, from, met));
     }
 
     /// Walks all rays, one packet after the other; `put` gets where a packet begins, how many rays it has, and what
@@ -234,28 +272,29 @@ impl Geometry {
     pub(super) fn packets<O: Order, L: Lanes>(
         &self,
         lanes: L,
-        few: u32,
-        rays: &Rays,
+        parting: Parting,
+        rays: RayColumns<'_>,
         mut put: impl FnMut(usize, usize, &Met),
     ) {
         const { assert!(MOST.is_multiple_of(L::N), "the last packet is loaded whole") };
         let tree = self.tree();
         let mut met = Met::NOTHING;
-        // Of the rays that go on alone, by their lanes.
-        let mut alone = [Prepared::new(&Ray { origin: Vec3::ZERO, direction: Vec3::Z, t_max: 0.0 }); MOST];
+        let mut parted = Parted::NONE;
         let mut from = 0;
         while from < rays.len {
             let n = L::N.min(rays.len - from);
-            met.start(lanes.load(&rays.t_max[from..]));
-            if let Some(tree) = tree {
-                let packet = Packet::new(lanes, rays, from);
-                let mut ready = 0;
-                tree.walk_packet::<O, L>(&packet, lanes.first(n), few, &mut met, |k, below, met| {
-                    if ready >> k & 1 == 0 {
-                        alone[k] = Prepared::new(&rays.ray(from + k));
-                        ready |= 1 << k;
+            met.start(rays.t_max(lanes, from));
+            let in_turn = parting.scattered < f32::INFINITY
+                && self.meet_in_turn::<O>(&rays, [from, n], parting.scattered, &mut met);
+            if let Some(tree) = tree.filter(|_| !in_turn) {
+                let packet = Packet::new(lanes, &rays, from);
+                let mut ready = false;
+                tree.walk_packet::<O, L>(&packet, lanes.first(n), parting.few, &mut met, |which, below, met| {
+                    if !ready {
+                        parted.set(&packet);
+                        ready = true;
                     }
-                    self.meet_below::<O>(&alone[k], &rays.skip[from + k], below, k, met);
+                    self.meet_below::<O>(&parted, which, below, met);
                 });
             }
             put(from, n, &met);

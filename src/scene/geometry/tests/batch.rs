@@ -8,22 +8,25 @@ use crate::{
     scene::geometry::{
         bvh::{LargestFirst, NearestFirst},
         packet::Met,
+        parted::Parting,
     },
 };
 
 impl Met {
     fn hit(&self, k: usize) -> Option<Hit> {
         let primitive = PrimitiveId { instance: self.instance[k], index: self.index[k] };
-        let barycentric = Vec2::new(self.barycentric[0][k], self.barycentric[1][k]);
+        let barycentric = Vec2::new(self.areas[0][k], self.areas[1][k]) / self.areas[2][k];
         (self.any >> k & 1 == 1).then_some(Hit { t: self.limit[k], primitive, barycentric })
     }
 }
 
 /// Packets of a set of lanes, whose rays go on alone where no more than `few` enter a node.
-fn packets<L: Lanes>(g: &Geometry, lanes: L, few: u32, rays: &Rays) -> (Vec<Option<Hit>>, Vec<bool>) {
+fn packets<L: Lanes>(g: &Geometry, lanes: L, parting: Parting, rays: &Rays) -> (Vec<Option<Hit>>, Vec<bool>) {
     let (mut hits, mut found) = (Vec::new(), Vec::new());
-    g.packets::<NearestFirst, _>(lanes, few, rays, |_, n, met| hits.extend((0..n).map(|k| met.hit(k))));
-    g.packets::<LargestFirst, _>(lanes, few, rays, |_, n, met| found.extend((0..n).map(|k| met.any >> k & 1 == 1)));
+    g.packets::<NearestFirst, _>(lanes, parting, rays.columns(), |_, n, met| hits.extend((0..n).map(|k| met.hit(k))));
+    g.packets::<LargestFirst, _>(lanes, parting, rays.columns(), |_, n, met| {
+        found.extend((0..n).map(|k| met.any >> k & 1 == 1));
+    });
     (hits, found)
 }
 
@@ -61,13 +64,14 @@ fn a_ray_meets_the_same_in_a_batch_and_alone() {
         met[0] += hits.iter().flatten().count();
         met[1] += found.iter().filter(|found| **found).count();
         let (mut own_hits, mut own_found) = (Hits::default(), Hits::default());
-        g.closest_of_each(&batch, &mut own_hits);
-        g.obstacle_of_each(&batch, &mut own_found);
-        let few = case as u32 % 4;
+        g.closest_of_each(batch.columns(), &mut own_hits);
+        g.obstacle_of_each(batch.columns(), &mut own_found);
+        let scattered = [f32::INFINITY, 0.1][case / 4 % 2];
+        let (few, many) = (Parting { few: case as u32 % 4, scattered }, [0, 2, 8, 16][case % 4]);
         let ways = [
             (own_hits.iter().collect(), own_found.iter().map(|hit| hit.is_some()).collect()),
             packets(&g, Arrays::<4>, few, &batch),
-            packets(&g, Arrays::<16>, [0, 2, 8, 16][case % 4], &batch),
+            packets(&g, Arrays::<16>, Parting { few: many, scattered }, &batch),
         ];
         #[cfg(target_arch = "x86_64")]
         let ways = ways.into_iter().chain(Eight::detect().map(|eight| packets(&g, eight, few, &batch)));
@@ -94,8 +98,8 @@ fn a_batch_passes_by_both_of_what_it_may_pass() {
     let skips = [[PrimitiveId::NONE; 2], [a, PrimitiveId::NONE], [PrimitiveId::NONE, a], [b, a], [a, b]];
     rays.extend(&[Ray { origin: Vec3::ZERO, direction: Vec3::Z, t_max: 2.5 }; 5], |i| skips[i]);
     let (mut hits, mut obstacles) = (Hits::default(), Hits::default());
-    g.closest_of_each(&rays, &mut hits);
-    g.obstacle_of_each(&rays, &mut obstacles);
+    g.closest_of_each(rays.columns(), &mut hits);
+    g.obstacle_of_each(rays.columns(), &mut obstacles);
     let found: Vec<_> = obstacles.iter().map(|hit| hit.is_some()).collect();
     assert_eq!(
         hits.iter().map(|hit| hit.map(|h| h.t)).collect::<Vec<_>>(),
@@ -105,9 +109,9 @@ fn a_batch_passes_by_both_of_what_it_may_pass() {
     // Nothing to hit, and nothing to trace.
     let mut empty = Geometry::default();
     empty.build();
-    empty.closest_of_each(&rays, &mut hits);
-    empty.obstacle_of_each(&rays, &mut obstacles);
+    empty.closest_of_each(rays.columns(), &mut hits);
+    empty.obstacle_of_each(rays.columns(), &mut obstacles);
     assert!(hits.iter().count() == 5 && hits.iter().chain(obstacles.iter()).all(|hit| hit.is_none()));
-    g.closest_of_each(&Rays::default(), &mut hits);
+    g.closest_of_each(Rays::default().columns(), &mut hits);
     assert_eq!(hits.iter().count(), 0);
 }
