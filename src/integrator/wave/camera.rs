@@ -216,9 +216,9 @@ impl<L: Lanes> Ends<L> {
     ) -> Self {
         if let Some(lights) = scene.few_lights() {
             let (triangle, density) = lights.choose([high, low]);
-            let (point, plain) = scene.plain_points(lanes, which, triangle, warp::triangle(square.coordinates()));
-            let some = which & plain & lanes.splat(0.0).lt(density);
-            return Self::Plain(Step::next_event(point, PdfArea(density)), some);
+            let points = scene.plain_points(lanes, which, triangle, warp::triangle(square.coordinates()));
+            let some = which & points.which & lanes.splat(0.0).lt(density);
+            return Self::Plain(Step::next_event(points.point, PdfArea(density)), some);
         }
         let receivers = Receiver::all(&here.vertex.point);
         let (high, low, u, v) = (high.all(), low.all(), square.0[0].all(), square.0[1].all());

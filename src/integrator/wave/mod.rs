@@ -20,10 +20,10 @@ use crate::{
     sampling::{Block, Chance, Numbers, PdfArea, Sampler, SamplerKind, Stream},
     scene::{
         Scene,
-        bsdf::{Bsdfs, Transport},
+        bsdf::{Bsdfs, InLanes, Kind, Transport},
         camera::Raster,
         geometry::{Hits, Rays},
-        media::Inside,
+        media::{Inside, Media},
         point::{Place, Point},
     },
 };
@@ -263,27 +263,39 @@ impl Integrator {
             let all = lanes.first(len - i);
             let mut met = hits.any(lanes, i) & all;
             let (in_world, index, b) = hits.places(lanes, i);
-            let (point, plain) = scene.plain_points(lanes, met & in_world, index, b);
-            let plain = plain & self.nothing_else(stage, walks, hits, i, plain);
+            let mut plain = scene.plain_points(lanes, met & in_world, index, b);
+            plain.which = plain.which & self.is_met_first(stage, walks, hits, i, plain.which);
             // One call for all: each would be a copy of what it does.
-            let (mut which, mut point, mut met_others) = (plain, point, false);
-            loop {
+            for group in Group::ALL {
+                let (which, point) = match group {
+                    Group::Plain(kind) => {
+                        let (which, mut point) = plain.of_kind(kind);
+                        if kind == Kind::Glass && which.any() {
+                            come_to_bodies(stage, &walk, which, &mut point, inside);
+                        }
+                        (which, point)
+                    }
+                    Group::Others => {
+                        let others = met & !plain.which;
+                        if !others.any() {
+                            continue;
+                        }
+                        let which = lanes.mask(walks.arrive_each(scene, i, others, hits, inside, &mut points));
+                        met = plain.which | which;
+                        (which, Point::of_each(lanes, which, Place::Surface, |k| &points[k]))
+                    }
+                    Group::Sky => {
+                        let which = all & !met;
+                        if !sees_sky(stage) || !which.any() {
+                            continue;
+                        }
+                        walks.leave_each(scene, i, which, &mut points);
+                        (which, Point::of_each(lanes, which, Place::Infinite, |k| &points[k]))
+                    }
+                };
                 if which.any() {
                     self.arrive_at(stage, &walk, (which, &point), next, connections, inside, sink);
                 }
-                let others = met & !plain;
-                if !met_others && others.any() {
-                    which = lanes.mask(walks.arrive_each(scene, i, others, hits, inside, &mut points));
-                    met = plain | which;
-                    point = Point::of_each(lanes, which, Place::Surface, |k| &points[k]);
-                } else if missed(stage, point.place, all & !met) {
-                    which = all & !met;
-                    walks.leave_each(scene, i, which, &mut points);
-                    point = Point::of_each(lanes, which, Place::Infinite, |k| &points[k]);
-                } else {
-                    break;
-                }
-                met_others = true;
             }
         }
     }
@@ -297,10 +309,9 @@ impl Integrator {
         }
     }
 
-    /// Where walks come from empty space to what is met first, of those in the lanes `plain` whose rays begin at the
-    /// `at`-th.
+    /// Where walks come to what is met first, of those in the lanes `plain` whose rays begin at the `at`-th.
     #[inline(always)]
-    fn nothing_else<L: Lanes>(
+    fn is_met_first<L: Lanes>(
         &self,
         Stage { lanes, scene, .. }: Stage<'_, L>,
         walks: &Walks,
@@ -309,9 +320,6 @@ impl Integrator {
         plain: L::M,
     ) -> L::M {
         let mut these = lanes.first(L::N);
-        if scene.media().is_some() {
-            these = these & walks.outside(lanes, at);
-        }
         if scene.geometry().has_coincident() {
             let mut first = 0;
             for k in plain.lanes() {
@@ -405,8 +413,7 @@ impl Integrator {
         sink.lost_to_sides(count(scattered.lost_to_sides & which));
         let (p, goes_on) = (&here.vertex.point, scattered.goes_on & which);
         let mut is_inside = !(walk.flags & lanes.splat_u(INSIDE)).eq(lanes.splat_u(0));
-        // Lambertians let nothing through.
-        if stage.scene.media().is_some() && matches!(p.bsdf, Bsdfs::Each(..)) {
+        if stage.scene.media().is_some() && p.bsdf.may_transmit() {
             let through = p.normal.dot(scattered.departure.direction) * p.normal.dot(here.back.direction);
             is_inside = go_through(walk, goes_on, through.lt(lanes.splat(0.0)), inside);
         }
@@ -424,11 +431,52 @@ impl Integrator {
     }
 }
 
-/// Whether the lanes `missed` come to a sky next, unless they have been there.
+/// What is done at a time of the lanes of a group.
+#[derive(Clone, Copy)]
+enum Group {
+    /// Plain points of one kind.
+    Plain(Kind),
+    /// All other surfaces.
+    Others,
+    /// What has left the scene.
+    Sky,
+}
+
+impl Group {
+    const ALL: [Self; 5] = {
+        let [a, b, c] = Kind::ALL;
+        [Self::Plain(a), Self::Plain(b), Self::Plain(c), Self::Others, Self::Sky]
+    };
+}
+
+/// Whether walks that leave the scene come to a sky.
 #[inline(always)]
-fn missed<L: Lanes>(stage: Stage<'_, L>, last: Place, missed: L::M) -> bool {
-    let to_sky = stage.transport == Transport::Radiance && stage.scene.lights().has_environment();
-    to_sky && last != Place::Infinite && missed.any()
+fn sees_sky<L: Lanes>(stage: Stage<'_, L>) -> bool {
+    stage.transport == Transport::Radiance && stage.scene.lights().has_environment()
+}
+
+/// The walks of the lanes `which` come to boundaries of bodies, and scatter there as the media beside them say.
+#[inline(always)]
+fn come_to_bodies<L: Lanes>(
+    Stage { lanes, scene, .. }: Stage<'_, L>,
+    walk: &Walk<L>,
+    which: L::M,
+    point: &mut Point<L, Bsdfs<L>>,
+    inside: &mut [Inside],
+) {
+    let Some(media) = scene.media() else { return };
+    let (number, direction) = (walk.number.all(), walk.departure.direction.all());
+    let mut bsdfs = [InLanes::BLACK.into(); MOST];
+    for (k, mut point) in point.each(which) {
+        come_to_body(scene, media, &mut point, direction[k].into(), &mut inside[number[k] as usize]);
+        bsdfs[k] = point.bsdf;
+    }
+    point.bsdf = Bsdfs::new(lanes, which, |k| &bsdfs[k]);
+}
+
+#[inline(never)]
+fn come_to_body(scene: &Scene, media: &Media, point: &mut Point, direction: Vec3, inside: &mut Inside) {
+    inside.arrive(scene, media, point, direction);
 }
 
 /// Takes the walks of the lanes `goes_on` to the other side of their surface where they go `through` it. Returns which

@@ -191,12 +191,6 @@ impl Walks {
         self.0.primitive(0, at)
     }
 
-    /// Whether those from the `at`-th on, one for each lane, are outside of all bodies.
-    #[inline(always)]
-    pub fn outside<L: Lanes>(&self, lanes: L, at: usize) -> L::M {
-        (lanes.load_u(&self.0.words[2][at..]) & lanes.splat_u(INSIDE)).eq(lanes.splat_u(0))
-    }
-
     /// The surface points to which those in the lanes `which` of the group from the `from`-th on come. Returns a bit
     /// for each that does not leave the scene.
     #[inline(always)]

@@ -121,7 +121,7 @@ impl ThinDielectric {
             (surface.transmittance() * (1.0 - f), surface.transmission_probability(f, cos))
         };
         let p = self.end(to_camera).ways.facet_probability() * q;
-        Scatter::delta(value, to_light, p, p, 1.0)
+        Scatter::delta(value, to_light.z, p, p, 1.0)
     }
 
     /// See [`super::Bsdf::sample`].
