@@ -11,6 +11,7 @@ use super::{
     light::{Lights, Receiver},
     light_index::LightIndex,
     material::{AlphaMode, Material, MaterialId},
+    media::Media,
     point::{Place, Point},
 };
 use crate::{
@@ -43,7 +44,7 @@ const KIND: usize = 11;
 /// Points of plain triangles, in the lanes where there is one.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct PlainPoints<L: Lanes> {
-    /// Where, and what is there but the BSDF: as if all were black.
+    /// Where, and what is there; black until [`Self::turn_to`] is called.
     pub point: Point<L, Bsdfs<L>>,
     /// In which lanes.
     pub which: L::M,
@@ -61,12 +62,12 @@ impl<L: Lanes> PlainPoints<L> {
         Self { point, which: lanes.mask(0), kind, color: black, ior }
     }
 
-    /// The points of one kind, and in which lanes they are. On the boundary of a body the BSDF is that between its
-    /// material and empty space.
+    /// Gives `point` its BSDFs of one kind, and returns in which lanes it has any. On the boundary of a volume they are
+    /// those between its material and empty space.
     #[inline(always)]
-    pub fn of_kind(&self, kind: Kind) -> (L::M, Point<L, Bsdfs<L>>) {
-        let which = self.which & self.kind.eq(self.kind.lanes().splat_u(kind as u32));
-        (which, Point { bsdf: Bsdfs::of_kind(kind, self.color, self.ior), ..self.point })
+    pub fn turn_to(&mut self, kind: Kind) -> L::M {
+        self.point.bsdf = Bsdfs::of_kind(kind, self.color, self.ior);
+        self.which & self.kind.eq(self.kind.lanes().splat_u(kind as u32))
     }
 }
 
@@ -158,10 +159,18 @@ impl FewLights {
 }
 
 impl Records {
-    pub fn new(geometry: &Geometry, materials: &[Material], light_of: &LightIndex, lights: &Lights) -> Self {
+    pub fn new(
+        geometry: &Geometry,
+        materials: &[Material],
+        light_of: &LightIndex,
+        lights: &Lights,
+        media: Option<&Media>,
+    ) -> Self {
+        // Where other surfaces may coincide with a body's, a walk has to look for them.
+        let meet = media.is_some_and(Media::meet);
         let is_plain = |material: &Material| {
             let opaque = material.maps.is_none() && material.alpha_mode == AlphaMode::Opaque;
-            opaque && InLanes::of(&material.bsdf).is_some()
+            opaque && InLanes::of(&material.bsdf).is_some_and(|of| !(meet && of.kind == Kind::Glass))
         };
         let plain = |index: u32| {
             let id = PrimitiveId::world(index);

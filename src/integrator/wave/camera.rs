@@ -4,7 +4,7 @@ use glam::Vec3;
 
 use super::{
     Stage, Starts, WaveSink, count, deposit,
-    queue::{Connection, Connections, DELTA, INSIDE, Walk, Walks},
+    queue::{Connection, Connections, DELTA, Walk, Walks},
     words,
 };
 use crate::{
@@ -38,11 +38,9 @@ impl Integrator {
         let p = &lens.vertex.point;
         starts.pad();
         walks.0.clear(starts.len);
-        let mut outside = true;
         if let Some(media) = scene.media() {
             let mut start = Inside::NOTHING;
             start.start_at_lens(scene, media, camera.lens_point().position);
-            outside = start.is_nothing();
             inside.clear();
             inside.resize(starts.len, start);
         }
@@ -64,7 +62,7 @@ impl Integrator {
                 position: p.position,
                 normal: p.normal,
                 primitive: [nothing; 2],
-                flags: lanes.splat_u(if outside { 0 } else { INSIDE }),
+                flags: lanes.splat_u(0),
                 raster,
                 scrambles: [kept[0], kept_for_connections[0]],
                 index: kept[1],

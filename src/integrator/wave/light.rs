@@ -2,7 +2,7 @@
 
 use super::{
     Stage, Starts, Wave, WaveSink, count,
-    queue::{Connection, Connections, INSIDE, Walk, flag_of},
+    queue::{Connection, Connections, Walk, flag_of},
     words,
 };
 use crate::{
@@ -84,12 +84,9 @@ impl Integrator {
         let far = lanes.vectors(|k| of(k).origin.unwrap_or_default().to_array());
         let origin = has_origin.select(far, point.ray_origin(direction));
         let departure = Departure::from_light(scene, &first, direction, pdf, origin);
-        let mut inside = 0;
         if let Some(media) = scene.media() {
             for k in leaves.lanes() {
-                let start = &mut wave.inside[at + k];
-                start.start_at_light(scene, media, of(k));
-                inside |= u32::from(!start.is_nothing()) << k;
+                wave.inside[at + k].start_at_light(scene, media, of(k));
             }
         }
         let walk = Walk::<L> {
@@ -98,7 +95,7 @@ impl Integrator {
             position: point.position,
             normal: point.normal,
             primitive: words(lanes, &point),
-            flags: lanes.mask(inside).select(lanes.splat_u(INSIDE), lanes.splat_u(0)) | lanes.splat_u(flag_of(place)),
+            flags: lanes.splat_u(flag_of(place)),
             raster: [zero; 2],
             scrambles: [kept[0]; 2],
             index: kept[1],

@@ -11,7 +11,7 @@ mod queue;
 
 use glam::Vec3;
 
-use self::queue::{Connections, DELTA, INSIDE, Walk, Walks};
+use self::queue::{Connections, DELTA, Walk, Walks};
 use super::{Integrator, estimator::has_a_place};
 use crate::{
     lanes::{Float, Lanes, MOST, Mask, Select, Unsigned, Vector},
@@ -23,7 +23,7 @@ use crate::{
         bsdf::{Bsdfs, InLanes, Kind, Transport},
         camera::Raster,
         geometry::{Hits, Rays},
-        media::{Inside, Media},
+        media::Inside,
         point::{Place, Point},
     },
 };
@@ -267,13 +267,14 @@ impl Integrator {
             plain.which = plain.which & self.is_met_first(stage, walks, hits, i, plain.which);
             // One call for all: each would be a copy of what it does.
             for group in Group::ALL {
+                let other;
                 let (which, point) = match group {
                     Group::Plain(kind) => {
-                        let (which, mut point) = plain.of_kind(kind);
+                        let which = plain.turn_to(kind);
                         if kind == Kind::Glass && which.any() {
-                            come_to_bodies(stage, &walk, which, &mut point, inside);
+                            plain.point.bsdf = come_to_bodies(stage, &walk, which, &plain.point, inside);
                         }
-                        (which, point)
+                        (which, &plain.point)
                     }
                     Group::Others => {
                         let others = met & !plain.which;
@@ -282,7 +283,8 @@ impl Integrator {
                         }
                         let which = lanes.mask(walks.arrive_each(scene, i, others, hits, inside, &mut points));
                         met = plain.which | which;
-                        (which, Point::of_each(lanes, which, Place::Surface, |k| &points[k]))
+                        other = Point::of_each(lanes, which, Place::Surface, |k| &points[k]);
+                        (which, &other)
                     }
                     Group::Sky => {
                         let which = all & !met;
@@ -290,11 +292,12 @@ impl Integrator {
                             continue;
                         }
                         walks.leave_each(scene, i, which, &mut points);
-                        (which, Point::of_each(lanes, which, Place::Infinite, |k| &points[k]))
+                        other = Point::of_each(lanes, which, Place::Infinite, |k| &points[k]);
+                        (which, &other)
                     }
                 };
                 if which.any() {
-                    self.arrive_at(stage, &walk, (which, &point), next, connections, inside, sink);
+                    self.arrive_at(stage, &walk, (which, point), next, connections, inside, sink);
                 }
             }
         }
@@ -412,19 +415,17 @@ impl Integrator {
         let scattered = here.scatter(rules, vertices - 1, walk.whole, u, survive);
         sink.lost_to_sides(count(scattered.lost_to_sides & which));
         let (p, goes_on) = (&here.vertex.point, scattered.goes_on & which);
-        let mut is_inside = !(walk.flags & lanes.splat_u(INSIDE)).eq(lanes.splat_u(0));
         if stage.scene.media().is_some() && p.bsdf.may_transmit() {
             let through = p.normal.dot(scattered.departure.direction) * p.normal.dot(here.back.direction);
-            is_inside = go_through(walk, goes_on, through.lt(lanes.splat(0.0)), inside);
+            go_through(walk, goes_on & through.lt(lanes.splat(0.0)), inside);
         }
-        let flag = |condition: L::M, flag: u32| condition.select(lanes.splat_u(flag), lanes.splat_u(0));
         let onwards = Walk {
             departure: scattered.departure,
             whole: scattered.whole,
             position: p.position,
             normal: p.normal,
             primitive: words(lanes, p),
-            flags: flag(scattered.is_delta, DELTA) | flag(is_inside, INSIDE),
+            flags: scattered.is_delta.select(lanes.splat_u(DELTA), lanes.splat_u(0)),
             ..*walk
         };
         next.push(&onwards, goes_on);
@@ -455,44 +456,35 @@ fn sees_sky<L: Lanes>(stage: Stage<'_, L>) -> bool {
     stage.transport == Transport::Radiance && stage.scene.lights().has_environment()
 }
 
-/// The walks of the lanes `which` come to boundaries of bodies, and scatter there as the media beside them say.
+/// How the boundaries of bodies at `point`, to which the walks of the lanes `which` come, scatter between the media
+/// beside them.
 #[inline(always)]
 fn come_to_bodies<L: Lanes>(
     Stage { lanes, scene, .. }: Stage<'_, L>,
     walk: &Walk<L>,
     which: L::M,
-    point: &mut Point<L, Bsdfs<L>>,
+    point: &Point<L, Bsdfs<L>>,
     inside: &mut [Inside],
-) {
-    let Some(media) = scene.media() else { return };
-    let (number, direction) = (walk.number.all(), walk.departure.direction.all());
+) -> Bsdfs<L> {
+    let Some(media) = scene.media() else { return point.bsdf };
+    let leaves = lanes.splat(0.0).lt(point.normal.dot(walk.departure.direction)).bits();
+    let (number, bsdf) = (walk.number.all(), point.bsdf.all(lanes));
     let mut bsdfs = [InLanes::BLACK.into(); MOST];
-    for (k, mut point) in point.each(which) {
-        come_to_body(scene, media, &mut point, direction[k].into(), &mut inside[number[k] as usize]);
-        bsdfs[k] = point.bsdf;
+    for k in which.lanes() {
+        bsdfs[k] = bsdf(k);
+        let (inside, material) = (&mut inside[number[k] as usize], L::lane(&point.material, k));
+        inside.arrive_alone(media, &mut bsdfs[k], material, leaves >> k & 1 == 1);
     }
-    point.bsdf = Bsdfs::new(lanes, which, |k| &bsdfs[k]);
+    Bsdfs::new(lanes, which, |k| &bsdfs[k])
 }
 
-#[inline(never)]
-fn come_to_body(scene: &Scene, media: &Media, point: &mut Point, direction: Vec3, inside: &mut Inside) {
-    inside.arrive(scene, media, point, direction);
-}
-
-/// Takes the walks of the lanes `goes_on` to the other side of their surface where they go `through` it. Returns which
-/// of them are in something then.
+/// Takes the walks of the lanes `through` to the other side of their surface.
 #[inline(always)]
-fn go_through<L: Lanes>(walk: &Walk<L>, goes_on: L::M, through: L::M, inside: &mut [Inside]) -> L::M {
-    let (number, through) = (walk.number.all(), through.bits());
-    let mut bits = 0;
-    for k in goes_on.lanes() {
-        let inside = &mut inside[number[k] as usize];
-        if inside.is_at_boundary() && through >> k & 1 == 1 {
-            inside.go_through();
-        }
-        bits |= u32::from(!inside.is_nothing()) << k;
+fn go_through<L: Lanes>(walk: &Walk<L>, through: L::M, inside: &mut [Inside]) {
+    let number = walk.number.all();
+    for k in through.lanes() {
+        inside[number[k] as usize].go_through();
     }
-    walk.number.lanes().mask(bits)
 }
 
 /// The names of the primitives on which points lie.

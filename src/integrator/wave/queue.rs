@@ -93,7 +93,7 @@ pub struct Walk<L: Lanes> {
     pub position: L::V,
     pub normal: L::V,
     pub primitive: [L::U; 2],
-    /// [`DELTA`], [`INSIDE`], [`flag_of`] its place.
+    /// [`DELTA`], [`flag_of`] its place.
     pub flags: L::U,
     /// Where on the image a walk from the camera began.
     pub raster: [L::F; 2],
@@ -107,8 +107,6 @@ pub struct Walk<L: Lanes> {
 
 /// The walk's last vertex passes a delta lobe.
 pub const DELTA: u32 = 1;
-/// It goes through a body.
-pub const INSIDE: u32 = 2;
 
 /// What kind of place its last vertex is.
 pub fn flag_of(place: Place) -> u32 {
