@@ -231,8 +231,11 @@ impl<L: Lanes> Surfaces<L> for Bsdfs<L> {
             // Deltas are the same by every rule.
             Self::Glass(glass) => {
                 let (direction, refracts, scatter) = glass.sample_around(n, known, transport, u[2]);
-                let refracts = refracts.bits();
-                (direction, scatter, lanes.each(|k| Lobe::Delta((refracts >> k & 1) as u8)), all)
+                (direction, scatter, deltas(lanes, refracts), all)
+            }
+            Self::Pane(pane) => {
+                let (direction, passes, scatter) = pane.sample_around(n, known, transport, u[2]);
+                (direction, scatter, deltas(lanes, passes), all)
             }
             Self::Mirror(mirror) => {
                 let (direction, scatter) = mirror.sample_around(n, known, transport);
@@ -248,7 +251,7 @@ impl<L: Lanes> Surfaces<L> for Bsdfs<L> {
     fn relative_ior_between(&self, cos_camera: L::F, cos_light: L::F) -> L::F {
         let lanes = cos_camera.lanes();
         match self {
-            Self::Diffuse(_) | Self::Mirror(_) => lanes.splat(1.0),
+            Self::Diffuse(_) | Self::Pane(_) | Self::Mirror(_) => lanes.splat(1.0),
             Self::Glass(glass) => glass.relative_ior(cos_camera, cos_light),
             Self::Each(bsdfs, which) => {
                 let (cos_camera, cos_light) = (cos_camera.all(), cos_light.all());
@@ -260,6 +263,13 @@ impl<L: Lanes> Surfaces<L> for Bsdfs<L> {
             }
         }
     }
+}
+
+/// The second of two deltas where the condition holds, and the first elsewhere.
+#[inline(always)]
+fn deltas<L: Lanes>(lanes: L, second: L::M) -> L::Each<Lobe> {
+    let second = second.bits();
+    lanes.each(|k| Lobe::Delta((second >> k & 1) as u8))
 }
 
 /// One lane's, out of line: a copy in each place where lanes ask would make the core several times as large.

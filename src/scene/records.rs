@@ -62,12 +62,16 @@ impl<L: Lanes> PlainPoints<L> {
         Self { point, which: lanes.mask(0), kind, color: black, ior }
     }
 
-    /// Gives `point` its BSDFs of one kind, and returns in which lanes it has any. On the boundary of a volume they are
-    /// those between its material and empty space.
+    /// In which lanes the BSDF is of this kind.
     #[inline(always)]
-    pub fn turn_to(&mut self, kind: Kind) -> L::M {
-        self.point.bsdf = Bsdfs::of_kind(kind, self.color, self.ior);
+    pub fn of_kind(&self, kind: Kind) -> L::M {
         self.which & self.kind.eq(self.kind.lanes().splat_u(kind as u32))
+    }
+
+    /// Gives `point` the BSDFs of this kind: on the boundary of a volume those between its material and empty space.
+    #[inline(always)]
+    pub fn turn_to(&mut self, kind: Kind) {
+        self.point.bsdf = Bsdfs::of_kind(kind, self.color, self.ior);
     }
 }
 
@@ -170,7 +174,7 @@ impl Records {
         let meet = media.is_some_and(Media::meet);
         let is_plain = |material: &Material| {
             let opaque = material.maps.is_none() && material.alpha_mode == AlphaMode::Opaque;
-            opaque && InLanes::of(&material.bsdf).is_some_and(|of| !(meet && of.kind == Kind::Glass))
+            opaque && InLanes::of(&material.bsdf).is_some_and(|of| !(meet && of.kind.transmits()))
         };
         let plain = |index: u32| {
             let id = PrimitiveId::world(index);

@@ -123,6 +123,7 @@ fn glassy(sensor: Sensor, eye: Vec3, touching: bool) -> Scene {
         Material::glass("nothing", 1.0),
         Material::glass("sheet", 1.4),
         Material::glass("stand", 1.7),
+        Material::pane("pane", 1.5),
     ];
     let mut g = Geometry::default();
     let v = Vec3::new;
@@ -130,6 +131,7 @@ fn glassy(sensor: Sensor, eye: Vec3, touching: bool) -> Scene {
     scenes::quad(&mut g, [v(-1.0, -1.0, -1.0), v(1.0, -1.0, -1.0), v(1.0, 0.6, -1.0), v(-1.0, 0.6, -1.0)], 0);
     scenes::quad(&mut g, [v(-0.4, 0.7, -0.4), v(0.4, 0.7, -0.4), v(0.4, 0.7, 0.4), v(-0.4, 0.7, 0.4)], 2);
     scenes::quad(&mut g, [v(-1.0, -0.9, 0.3), v(-0.4, -0.9, 0.2), v(-0.4, 0.3, 0.2), v(-1.0, 0.3, 0.3)], 6);
+    scenes::quad(&mut g, [v(-0.9, -0.5, 0.7), v(0.0, -0.5, 0.6), v(0.0, 0.4, 0.6), v(-0.9, 0.4, 0.7)], 8);
     octahedron(&mut g, v(-0.1, -0.2, -0.2), 0.6, 3);
     octahedron(&mut g, v(-0.1, -0.2, -0.2), 0.35, 4);
     octahedron(&mut g, v(-0.1, -0.25, -0.2), 0.15, 0);

@@ -270,8 +270,12 @@ impl Integrator {
                 let other;
                 let (which, point) = match group {
                     Group::Plain(kind) => {
-                        let which = plain.turn_to(kind);
-                        if kind == Kind::Glass && which.any() {
+                        let which = plain.of_kind(kind);
+                        if !which.any() {
+                            continue;
+                        }
+                        plain.turn_to(kind);
+                        if kind.transmits() {
                             plain.point.bsdf = come_to_bodies(stage, &walk, which, &plain.point, inside);
                         }
                         (which, &plain.point)
@@ -444,9 +448,9 @@ enum Group {
 }
 
 impl Group {
-    const ALL: [Self; 5] = {
-        let [a, b, c] = Kind::ALL;
-        [Self::Plain(a), Self::Plain(b), Self::Plain(c), Self::Others, Self::Sky]
+    const ALL: [Self; 6] = {
+        let [a, b, c, d] = Kind::ALL;
+        [Self::Plain(a), Self::Plain(b), Self::Plain(c), Self::Plain(d), Self::Others, Self::Sky]
     };
 }
 
@@ -456,8 +460,7 @@ fn sees_sky<L: Lanes>(stage: Stage<'_, L>) -> bool {
     stage.transport == Transport::Radiance && stage.scene.lights().has_environment()
 }
 
-/// How the boundaries of bodies at `point`, to which the walks of the lanes `which` come, scatter between the media
-/// beside them.
+/// How what transmits at `point`, to which the walks of the lanes `which` come, scatters between the media beside it.
 #[inline(always)]
 fn come_to_bodies<L: Lanes>(
     Stage { lanes, scene, .. }: Stage<'_, L>,

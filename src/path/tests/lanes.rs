@@ -8,7 +8,9 @@ use crate::{
     math::Rgb,
     sampling::{Independent, Sampler, Stream, warp},
     scene::{
-        bsdf::{Bsdf, Bsdfs, Dielectric, Diffuse, Directions, Lobe, MetallicRoughness, Scatter, Transport},
+        bsdf::{
+            Bsdf, Bsdfs, Dielectric, Diffuse, Directions, Lobe, MetallicRoughness, Scatter, ThinDielectric, Transport,
+        },
         point::{Place, Point},
     },
 };
@@ -21,11 +23,12 @@ fn bsdfs(kind: usize) -> [Bsdf; N] {
     std::array::from_fn(|k| {
         let color = [Rgb::ONE, Rgb::new(0.9, 0.5, 0.0), Rgb::ZERO, Rgb::splat(0.4)][k % 4];
         let ior = [1.5, 0.7, 1.000_05, 1.0, 2.4][k % 5];
-        match if kind == 3 { k % 5 } else { kind } {
+        match if kind == 4 { k % 6 } else { kind } {
             0 => Bsdf::Diffuse(Diffuse { albedo: color }),
             1 => Bsdf::Dielectric(Dielectric { color, ior, alpha: 0.0, transmission: 1.0 }),
-            2 => Bsdf::MetallicRoughness(MetallicRoughness::metal(color, 0.0)),
-            3 => Bsdf::Dielectric(Dielectric { color, ior, alpha: 0.3, transmission: 0.5 }),
+            2 => Bsdf::Thin(ThinDielectric { color, ior, alpha: 0.0, transmission: 1.0 }),
+            3 => Bsdf::MetallicRoughness(MetallicRoughness::metal(color, 0.0)),
+            4 => Bsdf::Dielectric(Dielectric { color, ior, alpha: 0.3, transmission: 0.5 }),
             _ => Bsdf::MetallicRoughness(MetallicRoughness::new(color, 0.5, 0.0)),
         }
     })
@@ -76,14 +79,14 @@ fn a_point_in_each_lane_scatters_as_it_does_alone() {
     let mut random = Independent::new(8, 0, 0, Stream::Camera);
     let (mut some, mut lost) = (0, 0);
     for round in 0..2000 {
-        let (kind, degrees) = (round % 4, [0.0, 6.0, 25.0, 80.0][round / 4 % 4]);
+        let (kind, degrees) = (round % 5, [0.0, 6.0, 25.0, 80.0][round / 5 % 4]);
         let alone = points(&bsdfs(kind), degrees, &mut random);
         let together = Point::of_each(Arrays, Arrays::<N>.first(N), Place::Surface, |k| &alone[k]);
-        assert_eq!(matches!(together.bsdf, Bsdfs::Each(..)), kind == 3);
+        assert_eq!(matches!(together.bsdf, Bsdfs::Each(..)), kind == 4);
         let known = known(&alone, &mut random);
         let u: [Vec3; N] = std::array::from_fn(|_| random.next_3d());
-        let transport = [Transport::Radiance, Transport::Importance][round / 16 % 2];
-        let directions = Directions::ALL[round / 32 % 2];
+        let transport = [Transport::Radiance, Transport::Importance][round / 20 % 2];
+        let directions = Directions::ALL[round / 40 % 2];
         let [x, y, z] = vectors(&u).coordinates();
         let all = Bsdfs::sample_at(&together, directions, vectors(&known), transport, [x, y, z]);
         let (to_camera, to_light) = transport.sides(vectors(&known), all.direction);

@@ -1,6 +1,6 @@
 //! BSDFs in several lanes.
 
-use super::{Bsdf, Dielectric, Diffuse, Glass, MetallicRoughness, Mirror};
+use super::{Bsdf, Dielectric, Diffuse, Glass, MetallicRoughness, Mirror, Pane, ThinDielectric};
 use crate::{
     lanes::{Float, Lanes, Mask, Vector},
     math::Rgb,
@@ -13,13 +13,21 @@ pub enum Kind {
     Diffuse,
     /// [`Glass`].
     Glass,
+    /// [`Pane`].
+    Pane,
     /// [`Mirror`].
     Mirror,
 }
 
 impl Kind {
     /// All of them.
-    pub const ALL: [Self; 3] = [Self::Diffuse, Self::Glass, Self::Mirror];
+    pub const ALL: [Self; 4] = [Self::Diffuse, Self::Glass, Self::Pane, Self::Mirror];
+
+    /// Whether light may pass such surfaces.
+    #[inline(always)]
+    pub fn transmits(self) -> bool {
+        matches!(self, Self::Glass | Self::Pane)
+    }
 }
 
 /// A BSDF of one of these kinds.
@@ -44,7 +52,10 @@ impl InLanes {
                 (Kind::Glass, color, ior)
             }
             Bsdf::MetallicRoughness(metallic) => (Kind::Mirror, metallic.mirror()?.color, 1.0),
-            Bsdf::Thin(_) => return None,
+            Bsdf::Thin(thin) => {
+                let Pane { color, ior } = thin.pane()?;
+                (Kind::Pane, color, ior)
+            }
         };
         Some(Self { kind, color, ior })
     }
@@ -59,6 +70,7 @@ impl From<InLanes> for Bsdf {
         match kind {
             Kind::Diffuse => Self::Diffuse(Diffuse { albedo: color }),
             Kind::Glass => Self::Dielectric(Dielectric { color, ior, alpha: 0.0, transmission: 1.0 }),
+            Kind::Pane => Self::Thin(ThinDielectric { color, ior, alpha: 0.0, transmission: 1.0 }),
             Kind::Mirror => Self::MetallicRoughness(MetallicRoughness::metal(color, 0.0)),
         }
     }
@@ -72,6 +84,8 @@ pub enum Bsdfs<L: Lanes> {
     Diffuse(Diffuse<L::V>),
     /// Smooth clear glass in all lanes.
     Glass(Glass<L::V>),
+    /// A smooth clear sheet in all lanes.
+    Pane(Pane<L::V>),
     /// A perfect mirror in all lanes.
     Mirror(Mirror<L::V>),
     /// Of any kind, in some lanes.
@@ -98,6 +112,7 @@ impl<L: Lanes> Bsdfs<L> {
         match kind {
             Kind::Diffuse => Self::Diffuse(Diffuse { albedo: color }),
             Kind::Glass => Self::Glass(Glass { color, ior }),
+            Kind::Pane => Self::Pane(Pane { color, ior }),
             Kind::Mirror => Self::Mirror(Mirror { color }),
         }
     }
@@ -109,6 +124,7 @@ impl<L: Lanes> Bsdfs<L> {
         let (kind, color, ior) = match self {
             Self::Diffuse(Diffuse { albedo }) => (Kind::Diffuse, *albedo, one),
             Self::Glass(Glass { color, ior }) => (Kind::Glass, *color, *ior),
+            Self::Pane(Pane { color, ior }) => (Kind::Pane, *color, *ior),
             Self::Mirror(Mirror { color }) => (Kind::Mirror, *color, one),
             Self::Each(..) => (Kind::Diffuse, black, one),
         };
@@ -123,8 +139,8 @@ impl<L: Lanes> Bsdfs<L> {
     #[inline(always)]
     pub fn which(&self, lanes: L) -> L::M {
         match self {
-            Self::Diffuse(_) | Self::Glass(_) | Self::Mirror(_) => lanes.first(L::N),
             Self::Each(_, which) => *which,
+            _ => lanes.first(L::N),
         }
     }
 
@@ -133,7 +149,7 @@ impl<L: Lanes> Bsdfs<L> {
     pub fn has_continuous(&self, lanes: L) -> L::M {
         match self {
             Self::Diffuse(Diffuse { albedo }) => !albedo.is_black(),
-            Self::Glass(_) | Self::Mirror(_) => lanes.mask(0),
+            Self::Glass(_) | Self::Pane(_) | Self::Mirror(_) => lanes.mask(0),
             Self::Each(bsdfs, which) => *which & lanes.condition(|k| L::lane(bsdfs, k).has_continuous()),
         }
     }
@@ -141,6 +157,6 @@ impl<L: Lanes> Bsdfs<L> {
     /// Whether light may pass the surfaces.
     #[inline(always)]
     pub fn may_transmit(&self) -> bool {
-        matches!(self, Self::Glass(_) | Self::Each(..))
+        matches!(self, Self::Glass(_) | Self::Pane(_) | Self::Each(..))
     }
 }

@@ -70,14 +70,6 @@ impl<V: Vector> Glass<V> {
         Scatter::delta(value, cos_light, p_camera, p_light, jacobian)
     }
 
-    /// The probability of reflection where the fraction `fresnel` is reflected; that of refraction is what it leaves,
-    /// and 0 if nothing passes.
-    #[inline(always)]
-    fn probabilities(&self, fresnel: V::F) -> [V::F; 2] {
-        let passed = (fresnel.lanes().splat(1.0) - fresnel) * self.color.max_element();
-        [ratio(fresnel, passed), ratio(passed, fresnel)]
-    }
-
     /// The value and the densities of the delta that joins two directions.
     #[inline(always)]
     pub(super) fn between(&self, cos_camera: V::F, cos_light: V::F) -> Scatter<V::Lanes> {
@@ -87,7 +79,7 @@ impl<V: Vector> Glass<V> {
         // F from both cosines is the same at both ends to the last bit, and so are the probabilities.
         let cos_t = same_side.select(fresnel::refracted_cos(cos, eta), cos_light.abs());
         let f = fresnel::dielectric_pair(cos, cos_t, eta);
-        let [p, q] = self.probabilities(f);
+        let [p, q] = probabilities(f, self.color);
         let reflection = Scatter::delta(Rgb::of(V::new(f, f, f)), cos_light, p, p, one);
         let refraction = self.refraction((self.color, f), [q; 2], cos_camera, cos_light);
         Scatter::select(same_side, reflection, refraction)
@@ -105,7 +97,7 @@ impl<V: Vector> Glass<V> {
         let [_, _, z] = known.coordinates();
         let (cos, eta) = (z.abs(), self.eta_across(z));
         let cos_t = fresnel::refracted_cos(cos, eta);
-        let [p, _] = self.probabilities(fresnel::dielectric_pair(cos, cos_t, eta));
+        let [p, _] = probabilities(fresnel::dielectric_pair(cos, cos_t, eta), self.color);
         let reflects = u.lt(p);
         let direction = reflects.select(mirrored(known), fresnel::refracted(known, cos_t, eta));
         let [_, _, sampled] = direction.coordinates();
@@ -126,4 +118,12 @@ impl<V: Vector> Glass<V> {
         let (direction, refracts, scatter) = self.sample(frame.to_local(known), transport, u);
         (frame.to_world(direction).normalize(), refracts, scatter)
     }
+}
+
+/// The probability of reflection at what reflects the fraction `fresnel` and passes the rest, tinted by `color`; and that
+/// of passing, which is what the first leaves, and 0 if nothing passes.
+#[inline(always)]
+pub(super) fn probabilities<V: Vector>(fresnel: V::F, color: Rgb<V>) -> [V::F; 2] {
+    let passed = (fresnel.lanes().splat(1.0) - fresnel) * color.max_element();
+    [ratio(fresnel, passed), ratio(passed, fresnel)]
 }

@@ -15,6 +15,7 @@ mod layer;
 mod metallic_roughness;
 mod microfacet;
 mod mirror;
+mod pane;
 #[cfg(test)]
 mod tests;
 mod thin;
@@ -35,6 +36,7 @@ pub use directions::Directions;
 pub use glass::Glass;
 pub use metallic_roughness::MetallicRoughness;
 pub use mirror::Mirror;
+pub use pane::Pane;
 pub use thin::ThinDielectric;
 
 /// Which side a walk comes from, known to sampling only.
