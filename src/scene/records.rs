@@ -20,7 +20,7 @@ use crate::{
     sampling::{Choice, PdfArea, Square},
 };
 
-/// The world's triangles and all materials, as far as both are plain: opaque and without maps, of the [`Kind`]s that are
+/// The world's triangles and all materials, as far as both are plain: opaque and without maps, of a [`Kind`] that is
 /// written for lanes, on triangles of the world.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Records {

@@ -5,22 +5,26 @@
 //! that all use the same block of random numbers, the same entries of the table and the same rule for roulette. The
 //! numbers are those of [`Integrator::estimate_from_camera`], bit by bit, and so is every deposit.
 
+mod bodies;
 mod camera;
 mod light;
 mod queue;
 
 use glam::Vec3;
 
-use self::queue::{Connections, DELTA, Walk, Walks};
+use self::{
+    bodies::{come_to_bodies, go_through},
+    queue::{Connections, DELTA, Walk, Walks},
+};
 use super::{Integrator, estimator::has_a_place};
 use crate::{
-    lanes::{Float, Lanes, MOST, Mask, Select, Unsigned, Vector},
+    lanes::{Float, Lanes, MOST, Mask, Select, Vector},
     math::Rgb,
     path::{Rivals, Rules, Step, Strategy, Techniques},
     sampling::{Block, Chance, Numbers, PdfArea, Sampler, SamplerKind, Stream},
     scene::{
         Scene,
-        bsdf::{Bsdfs, InLanes, Kind, Transport},
+        bsdf::{Bsdfs, Kind, Transport},
         camera::Raster,
         geometry::{Hits, Rays},
         media::Inside,
@@ -458,36 +462,6 @@ impl Group {
 #[inline(always)]
 fn sees_sky<L: Lanes>(stage: Stage<'_, L>) -> bool {
     stage.transport == Transport::Radiance && stage.scene.lights().has_environment()
-}
-
-/// How what transmits at `point`, to which the walks of the lanes `which` come, scatters between the media beside it.
-#[inline(always)]
-fn come_to_bodies<L: Lanes>(
-    Stage { lanes, scene, .. }: Stage<'_, L>,
-    walk: &Walk<L>,
-    which: L::M,
-    point: &Point<L, Bsdfs<L>>,
-    inside: &mut [Inside],
-) -> Bsdfs<L> {
-    let Some(media) = scene.media() else { return point.bsdf };
-    let leaves = lanes.splat(0.0).lt(point.normal.dot(walk.departure.direction)).bits();
-    let (number, bsdf) = (walk.number.all(), point.bsdf.all(lanes));
-    let mut bsdfs = [InLanes::BLACK.into(); MOST];
-    for k in which.lanes() {
-        bsdfs[k] = bsdf(k);
-        let (inside, material) = (&mut inside[number[k] as usize], L::lane(&point.material, k));
-        inside.arrive_alone(media, &mut bsdfs[k], material, leaves >> k & 1 == 1);
-    }
-    Bsdfs::new(lanes, which, |k| &bsdfs[k])
-}
-
-/// Takes the walks of the lanes `through` to the other side of their surface.
-#[inline(always)]
-fn go_through<L: Lanes>(walk: &Walk<L>, through: L::M, inside: &mut [Inside]) {
-    let number = walk.number.all();
-    for k in through.lanes() {
-        inside[number[k] as usize].go_through();
-    }
 }
 
 /// The names of the primitives on which points lie.

@@ -120,8 +120,8 @@ impl<V: Vector> Glass<V> {
     }
 }
 
-/// The probability of reflection at what reflects the fraction `fresnel` and passes the rest, tinted by `color`; and that
-/// of passing, which is what the first leaves, and 0 if nothing passes.
+/// The probability of reflection at what reflects the fraction `fresnel` and passes the rest, tinted by `color`; and
+/// that of passing, which is what the first leaves, and 0 if nothing passes.
 #[inline(always)]
 pub(super) fn probabilities<V: Vector>(fresnel: V::F, color: Rgb<V>) -> [V::F; 2] {
     let passed = (fresnel.lanes().splat(1.0) - fresnel) * color.max_element();
