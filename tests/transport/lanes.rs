@@ -108,20 +108,20 @@ fn octahedron(g: &mut Geometry, center: Vec3, radius: f32, material: u32) {
 }
 
 /// Smooth glass and mirrors beside Lambertians: bodies one in another, about a Lambertian and of no other index than
-/// what is around, flat and smooth, and an open sheet; `touching`, one with a face on another's.
-fn glassy(sensor: Sensor, eye: Vec3, touching: bool) -> Scene {
+/// what is around, flat and smooth, and open sheets; `touching`, one with a face on the floor. Glass and mirrors glow.
+fn glassy(sensor: Sensor, eye: Vec3, touching: bool, sky: &[Light]) -> Scene {
     let mut bubble = Material::glass("bubble", 1.2);
     if let Bsdf::Dielectric(glass) = &mut bubble.bsdf {
         glass.color = Rgb::new(0.9, 0.7, 0.8);
     }
     let materials = vec![
         Material::diffuse("white", Rgb::new(0.7, 0.72, 0.68)),
-        Material::mirror("mirror", Rgb::new(0.9, 0.8, 0.6)),
+        Material::mirror("mirror", Rgb::new(0.9, 0.8, 0.6)).emitting(Rgb::new(0.1, 0.2, 0.1)),
         Material::diffuse("lamp", Rgb::splat(0.3)).emitting(Rgb::new(2.0, 1.5, 1.0)),
         Material::glass("glass", 1.5),
         bubble,
         Material::glass("nothing", 1.0),
-        Material::glass("sheet", 1.4),
+        Material::glass("sheet", 1.4).emitting(Rgb::new(0.1, 0.0, 0.3)),
         Material::glass("stand", 1.7),
         Material::pane("pane", 1.5),
     ];
@@ -143,7 +143,7 @@ fn glassy(sensor: Sensor, eye: Vec3, touching: bool) -> Scene {
         scenes::quad(&mut g, face.map(corner), 7);
     }
     let camera = Camera::look_at(eye, v(0.0, -0.3, -1.0), Vec3::Y, 0.9, sensor);
-    Scene::new(g, materials, &sky(), camera)
+    Scene::new(g, materials, sky, camera)
 }
 
 fn sky() -> [Light; 1] {
@@ -208,8 +208,13 @@ fn whatever_is_in_the_scene() {
 #[test]
 fn smooth_glass_and_mirrors() {
     let (outside, inside) = (Vec3::new(0.1, 0.2, 1.8), Vec3::new(-0.1, -0.1, 0.05));
-    for (name, eye, touching) in [("outside", outside, false), ("inside", inside, false), ("touching", outside, true)] {
-        let scene = glassy(SENSOR, eye, touching);
+    for (name, eye, touching, sky) in [
+        ("outside", outside, false, &[][..]),
+        ("outside, under a sky", outside, false, &sky()),
+        ("inside", inside, false, &sky()),
+        ("touching", outside, true, &[]),
+    ] {
+        let scene = glassy(SENSOR, eye, touching, sky);
         for integrator in [IntegratorKind::Path, IntegratorKind::PathHemisphere, IntegratorKind::Light] {
             for roulette in [Roulette::FromDepth(3), Roulette::ByThroughput(2)] {
                 let settings = Settings { roulette, max_depth: 9, ..settings(integrator) };
