@@ -9,7 +9,7 @@ use crate::{
     math::Rgb,
     sampling::PdfSolidAngle,
     scene::{
-        bsdf::{Bsdf, BsdfSample, Bsdfs, Diffuse, Directions, Lobe, Scatter, Transport},
+        bsdf::{Bsdf, BsdfSample, Bsdfs, Directions, Lobe, Scatter, Transport},
         point::Point,
         tilt::Tilt,
     },
@@ -42,108 +42,45 @@ impl Sampled {
         some: false,
         lost_to_sides: false,
     };
-    const LOST: Self = Self { lost_to_sides: true, ..Self::NOTHING };
 
     #[inline(always)]
-    fn of(BsdfSample { direction, lobe, scatter }: BsdfSample) -> Self {
-        let is_delta = lobe != Lobe::Continuous;
-        Self { direction, lobe, is_delta, scatter, some: true, lost_to_sides: false }
+    fn of(sample: Option<BsdfSample>) -> Self {
+        let Some(BsdfSample { direction, lobe, scatter }) = sample else { return Self::NOTHING };
+        Self { direction, lobe, is_delta: lobe != Lobe::Continuous, scatter, some: true, lost_to_sides: false }
     }
 }
 
 /// The BSDFs at the points in all lanes.
 pub trait Surfaces<L: Lanes>: Copy + Debug {
-    /// f̂/α of `lobe` with the densities of both directions, for unit world directions: see
-    /// [`Vertex::scatter`](super::Vertex::scatter).
-    fn scatter_at(at: &Point<L, Self>, lobe: Lobe, to_camera: L::V, to_light: L::V) -> Scatter<L>;
+    /// f of `lobe` with the densities of both directions, for unit world directions at surfaces with the unit normals
+    /// `n`: see [`Bsdf::eval_around`].
+    fn scatter_around(&self, n: L::V, lobe: Lobe, to_camera: L::V, to_light: L::V) -> Scatter<L>;
 
-    /// See [`Vertex::sample`](super::Vertex::sample).
-    fn sample_at(
-        at: &Point<L, Self>,
+    /// A direction across from the unit world direction `known` at such surfaces: see [`Bsdf::sample_by`].
+    fn sample_around(
+        &self,
+        n: L::V,
         directions: Directions,
         known: L::V,
         transport: Transport,
         u: [L::F; 3],
     ) -> Sampled<L>;
 
-    /// η_light/η_camera across the surface: see [`Bsdf::relative_ior`].
-    fn relative_ior_at(at: &Point<L, Self>, to_camera: L::V, to_light: L::V) -> L::F;
-}
+    /// η_light/η_camera across the surfaces, for the cosines of both directions: see [`Bsdf::relative_ior`].
+    fn relative_ior_between(&self, cos_camera: L::F, cos_light: L::F) -> L::F;
 
-impl Surfaces<One> for Bsdf {
-    #[inline(always)]
-    fn scatter_at(at: &Point, lobe: Lobe, to_camera: Vec3, to_light: Vec3) -> Scatter {
-        if at.is_flat() {
-            at.bsdf.eval_around(at.normal, lobe, to_camera, to_light)
-        } else {
-            scatter_tilted(at, lobe, to_camera, to_light)
-        }
-    }
-
-    #[inline(always)]
-    fn sample_at(at: &Point, directions: Directions, known: Vec3, transport: Transport, u: [f32; 3]) -> Sampled {
-        if !at.is_flat() {
-            return sample_tilted(at, directions, known, transport, u.into());
-        }
-        // Within the surface's plane there is no side to go to.
-        match at.bsdf.sample_around(at.normal, directions, known, transport, u.into()) {
-            Some(sample) if at.normal.dot(sample.direction) != 0.0 => Sampled::of(sample),
-            _ => Sampled::NOTHING,
-        }
-    }
-
-    #[inline(always)]
-    fn relative_ior_at(at: &Point, to_camera: Vec3, to_light: Vec3) -> f32 {
-        let local = |w: Vec3| Vec3::new(0.0, 0.0, at.normal.dot(w));
-        at.bsdf.relative_ior(local(to_camera), local(to_light))
-    }
-}
-
-#[inline(never)]
-fn scatter_tilted(p: &Point, lobe: Lobe, to_camera: Vec3, to_light: Vec3) -> Scatter {
-    let tilt = Tilt::at(p);
-    let (camera, light) = (tilt.to_shading(to_camera), tilt.to_shading(to_light));
-    if !(camera.keeps_side() && light.keeps_side()) {
-        return Scatter::ZERO;
-    }
-    let scatter = p.bsdf.eval_around(p.shading_normal, lobe, camera.direction, light.direction);
-    let f = scatter.f * light.factor(lobe);
-    Tilt::densities(lobe, Scatter { f, ..scatter }, &camera, &light)
-}
-
-#[inline(never)]
-fn sample_tilted(p: &Point, directions: Directions, known: Vec3, transport: Transport, u: Vec3) -> Sampled {
-    let tilt = Tilt::at(p);
-    let before = tilt.to_shading(known);
-    if !before.keeps_side() {
-        return Sampled::LOST;
-    }
-    let sample = p.bsdf.sample_around(p.shading_normal, directions, before.direction, transport, u);
-    let Some(BsdfSample { direction, lobe, scatter }) = sample else { return Sampled::NOTHING };
-    let after = tilt.to_surface(direction);
-    if !after.keeps_side() {
-        return Sampled::LOST;
-    }
-    let (camera, light) = match transport {
-        Transport::Radiance => (before, after),
-        Transport::Importance => (after, before),
-    };
-    let f = scatter.f * light.factor(lobe);
-    let scatter = Tilt::densities(lobe, Scatter { f, ..scatter }, &camera, &light);
-    Sampled::of(BsdfSample { direction: after.direction, lobe, scatter })
-}
-
-impl<L: Lanes> Surfaces<L> for Bsdfs<L> {
+    /// f̂/α of `lobe` with the densities of both directions, for unit world directions: see
+    /// [`Vertex::scatter`](super::Vertex::scatter).
     #[inline(always)]
     fn scatter_at(at: &Point<L, Self>, lobe: Lobe, to_camera: L::V, to_light: L::V) -> Scatter<L> {
-        match at.bsdf {
-            Self::Diffuse(diffuse) if lobe == Lobe::Continuous && !(!at.is_flat()).any() => {
-                diffuse.between(at.normal.dot(to_camera), at.normal.dot(to_light))
-            }
-            _ => scatter_each(at, lobe, to_camera, to_light),
+        if !(!at.is_flat()).any() {
+            at.bsdf.scatter_around(at.normal, lobe, to_camera, to_light)
+        } else {
+            Self::scatter_tilted(at, lobe, to_camera, to_light)
         }
     }
 
+    /// See [`Vertex::sample`](super::Vertex::sample).
     #[inline(always)]
     fn sample_at(
         at: &Point<L, Self>,
@@ -152,24 +89,175 @@ impl<L: Lanes> Surfaces<L> for Bsdfs<L> {
         transport: Transport,
         u: [L::F; 3],
     ) -> Sampled<L> {
-        match at.bsdf {
-            Self::Diffuse(diffuse) if directions == Directions::Bsdf && !(!at.is_flat()).any() => {
-                sample_diffuse(at, diffuse, known, transport, u)
-            }
-            _ => sample_each(at, directions, known, transport, u),
+        if !(!at.is_flat()).any() {
+            let sample = at.bsdf.sample_around(at.normal, directions, known, transport, u);
+            Sampled { some: sample.some & leaves_plane(at, sample.direction), ..sample }
+        } else {
+            Self::sample_tilted(at, directions, known, transport, u)
+        }
+    }
+
+    /// [`Self::scatter_at`] where N_s may not be N_g.
+    #[inline(always)]
+    fn scatter_tilted(at: &Point<L, Self>, lobe: Lobe, to_camera: L::V, to_light: L::V) -> Scatter<L> {
+        scatter_tilted(at, lobe, to_camera, to_light)
+    }
+
+    /// [`Self::sample_at`] where N_s may not be N_g.
+    #[inline(always)]
+    fn sample_tilted(
+        at: &Point<L, Self>,
+        directions: Directions,
+        known: L::V,
+        transport: Transport,
+        u: [L::F; 3],
+    ) -> Sampled<L> {
+        sample_tilted(at, directions, known, transport, u)
+    }
+
+    /// η_light/η_camera across the surfaces: see [`Bsdf::relative_ior`].
+    #[inline(always)]
+    fn relative_ior_at(at: &Point<L, Self>, to_camera: L::V, to_light: L::V) -> L::F {
+        at.bsdf.relative_ior_between(at.normal.dot(to_camera), at.normal.dot(to_light))
+    }
+}
+
+/// Where a direction is not within the surface's plane: there is no side to go to.
+#[inline(always)]
+fn leaves_plane<L: Lanes, B>(at: &Point<L, B>, direction: L::V) -> L::M {
+    !at.normal.dot(direction).eq(at.alpha.lanes().splat(0.0))
+}
+
+#[inline(always)]
+fn scatter_tilted<L: Lanes, B: Surfaces<L>>(
+    at: &Point<L, B>,
+    lobe: Lobe,
+    to_camera: L::V,
+    to_light: L::V,
+) -> Scatter<L> {
+    let tilt = Tilt::at(at);
+    let (camera, light) = (tilt.to_shading(to_camera), tilt.to_shading(to_light));
+    let is_delta = at.alpha.lanes().mask(if lobe == Lobe::Continuous { 0 } else { u32::MAX });
+    let scatter = at.bsdf.scatter_around(at.shading_normal, lobe, camera.direction, light.direction);
+    let f = scatter.f.times(light.factor(is_delta));
+    Tilt::densities(is_delta, Scatter { f, ..scatter }, &camera, &light).only(camera.keeps_side() & light.keeps_side())
+}
+
+#[inline(always)]
+fn sample_tilted<L: Lanes, B: Surfaces<L>>(
+    at: &Point<L, B>,
+    directions: Directions,
+    known: L::V,
+    transport: Transport,
+    u: [L::F; 3],
+) -> Sampled<L> {
+    let tilt = Tilt::at(at);
+    let before = tilt.to_shading(known);
+    let sample = at.bsdf.sample_around(at.shading_normal, directions, before.direction, transport, u);
+    let after = tilt.to_surface(sample.direction);
+    let (camera, light) = transport.sides(before, after);
+    let f = sample.scatter.f.times(light.factor(sample.is_delta));
+    let scatter = Tilt::densities(sample.is_delta, Scatter { f, ..sample.scatter }, &camera, &light);
+    let keep_sides = before.keeps_side() & after.keeps_side();
+    Sampled {
+        direction: after.direction,
+        scatter,
+        some: sample.some & keep_sides & leaves_plane(at, after.direction),
+        lost_to_sides: !before.keeps_side() | sample.some & !after.keeps_side(),
+        ..sample
+    }
+}
+
+impl Surfaces<One> for Bsdf {
+    #[inline(always)]
+    fn scatter_around(&self, n: Vec3, lobe: Lobe, to_camera: Vec3, to_light: Vec3) -> Scatter {
+        self.eval_around(n, lobe, to_camera, to_light)
+    }
+
+    #[inline(always)]
+    fn sample_around(
+        &self,
+        n: Vec3,
+        directions: Directions,
+        known: Vec3,
+        transport: Transport,
+        u: [f32; 3],
+    ) -> Sampled {
+        Sampled::of(Bsdf::sample_around(self, n, directions, known, transport, u.into()))
+    }
+
+    #[inline(always)]
+    fn relative_ior_between(&self, cos_camera: f32, cos_light: f32) -> f32 {
+        self.relative_ior(Vec3::Z * cos_camera, Vec3::Z * cos_light)
+    }
+
+    // Out of line: the common case is flat.
+    #[inline(never)]
+    fn scatter_tilted(at: &Point, lobe: Lobe, to_camera: Vec3, to_light: Vec3) -> Scatter {
+        scatter_tilted(at, lobe, to_camera, to_light)
+    }
+
+    #[inline(never)]
+    fn sample_tilted(at: &Point, directions: Directions, known: Vec3, transport: Transport, u: [f32; 3]) -> Sampled {
+        sample_tilted(at, directions, known, transport, u)
+    }
+}
+
+impl<L: Lanes> Surfaces<L> for Bsdfs<L> {
+    #[inline(always)]
+    fn scatter_around(&self, n: L::V, lobe: Lobe, to_camera: L::V, to_light: L::V) -> Scatter<L> {
+        match self {
+            Self::Diffuse(diffuse) if lobe == Lobe::Continuous => diffuse.between(n.dot(to_camera), n.dot(to_light)),
+            _ => scatter_each(self, n, lobe, to_camera, to_light),
         }
     }
 
     #[inline(always)]
-    fn relative_ior_at(at: &Point<L, Self>, to_camera: L::V, to_light: L::V) -> L::F {
-        let lanes = at.alpha.lanes();
-        match at.bsdf {
-            Self::Diffuse(_) => lanes.splat(1.0),
-            Self::Each(_, which) => {
-                let (to_camera, to_light) = (to_camera.all(), to_light.all());
+    fn sample_around(
+        &self,
+        n: L::V,
+        directions: Directions,
+        known: L::V,
+        transport: Transport,
+        u: [L::F; 3],
+    ) -> Sampled<L> {
+        let lanes = u[0].lanes();
+        let (none, all) = (lanes.mask(0), lanes.first(L::N));
+        let (direction, scatter, lobe, is_delta) = match self {
+            Self::Diffuse(diffuse) if directions == Directions::Bsdf => {
+                let (direction, scatter) = diffuse.sample_around(n, known, transport, [u[0], u[1]]);
+                (direction, scatter, lanes.each(|_| Lobe::Continuous), none)
+            }
+            // Deltas are the same by every rule.
+            Self::Glass(glass) => {
+                let (direction, refracts, scatter) = glass.sample_around(n, known, transport, u[2]);
+                (direction, scatter, deltas(lanes, refracts), all)
+            }
+            Self::Pane(pane) => {
+                let (direction, passes, scatter) = pane.sample_around(n, known, transport, u[2]);
+                (direction, scatter, deltas(lanes, passes), all)
+            }
+            Self::Mirror(mirror) => {
+                let (direction, scatter) = mirror.sample_around(n, known, transport);
+                (direction, scatter, lanes.each(|_| Lobe::Delta(0)), all)
+            }
+            _ => return sample_each(self, n, directions, known, transport, u),
+        };
+        let some = scatter.is_sampled(transport);
+        Sampled { direction, lobe, is_delta, scatter, some, lost_to_sides: none }
+    }
+
+    #[inline(always)]
+    fn relative_ior_between(&self, cos_camera: L::F, cos_light: L::F) -> L::F {
+        let lanes = cos_camera.lanes();
+        match self {
+            Self::Diffuse(_) | Self::Pane(_) | Self::Mirror(_) => lanes.splat(1.0),
+            Self::Glass(glass) => glass.relative_ior(cos_camera, cos_light),
+            Self::Each(bsdfs, which) => {
+                let (cos_camera, cos_light) = (cos_camera.all(), cos_light.all());
                 let mut each = [1.0; MOST];
-                for (k, point) in at.each(which) {
-                    each[k] = Bsdf::relative_ior_at(&point, to_camera[k].into(), to_light[k].into());
+                for k in which.lanes() {
+                    each[k] = L::lane(bsdfs, k).relative_ior_between(cos_camera[k], cos_light[k]);
                 }
                 lanes.load(&each)
             }
@@ -177,60 +265,58 @@ impl<L: Lanes> Surfaces<L> for Bsdfs<L> {
     }
 }
 
-/// Lambert's law on flat surfaces: as [`Surfaces::sample_at`] of one lane has it.
+/// The second of two deltas where the condition holds, and the first elsewhere.
 #[inline(always)]
-fn sample_diffuse<L: Lanes, B>(
-    at: &Point<L, B>,
-    diffuse: Diffuse<L::V>,
-    known: L::V,
-    transport: Transport,
-    [x, y, _]: [L::F; 3],
-) -> Sampled<L> {
-    let lanes = x.lanes();
-    let (direction, scatter) = diffuse.sample_around(at.normal, known, transport, [x, y]);
-    let (zero, (forward, _)) = (lanes.splat(0.0), scatter.forward_reverse(transport));
-    let some = !scatter.f.is_black() & zero.lt(forward.0) & !at.normal.dot(direction).eq(zero);
-    let (lobe, none) = (lanes.each(|_| Lobe::Continuous), lanes.mask(0));
-    Sampled { direction, lobe, is_delta: none, scatter, some, lost_to_sides: none }
+fn deltas<L: Lanes>(lanes: L, second: L::M) -> L::Each<Lobe> {
+    let second = second.bits();
+    lanes.each(|k| Lobe::Delta((second >> k & 1) as u8))
 }
 
 /// One lane's, out of line: a copy in each place where lanes ask would make the core several times as large.
 #[inline(never)]
-fn scatter_alone(at: &Point, lobe: Lobe, to_camera: Vec3, to_light: Vec3) -> Scatter {
-    Bsdf::scatter_at(at, lobe, to_camera, to_light)
+fn scatter_alone(bsdf: &Bsdf, n: Vec3, lobe: Lobe, to_camera: Vec3, to_light: Vec3) -> Scatter {
+    bsdf.eval_around(n, lobe, to_camera, to_light)
 }
 
 #[inline(never)]
-fn sample_alone(at: &Point, directions: Directions, known: Vec3, transport: Transport, u: [f32; 3]) -> Sampled {
-    Bsdf::sample_at(at, directions, known, transport, u)
+fn sample_alone(
+    bsdf: &Bsdf,
+    n: Vec3,
+    directions: Directions,
+    known: Vec3,
+    transport: Transport,
+    u: [f32; 3],
+) -> Sampled {
+    Surfaces::sample_around(bsdf, n, directions, known, transport, u)
 }
 
-/// [`Surfaces::scatter_at`] lane by lane.
+/// [`Surfaces::scatter_around`] lane by lane.
 #[inline(always)]
-fn scatter_each<L: Lanes>(at: &Point<L, Bsdfs<L>>, lobe: Lobe, to_camera: L::V, to_light: L::V) -> Scatter<L> {
-    let lanes = at.alpha.lanes();
-    let (to_camera, to_light) = (to_camera.all(), to_light.all());
+fn scatter_each<L: Lanes>(bsdfs: &Bsdfs<L>, n: L::V, lobe: Lobe, to_camera: L::V, to_light: L::V) -> Scatter<L> {
+    let lanes = n.max_element().lanes();
+    let (n, to_camera, to_light, bsdf) = (n.all(), to_camera.all(), to_light.all(), bsdfs.all(lanes));
     let mut each = [Scatter::ZERO; MOST];
-    for (k, point) in at.each(at.bsdf.which(lanes)) {
-        each[k] = scatter_alone(&point, lobe, to_camera[k].into(), to_light[k].into());
+    for k in bsdfs.which(lanes).lanes() {
+        each[k] = scatter_alone(&bsdf(k), n[k].into(), lobe, to_camera[k].into(), to_light[k].into());
     }
     scatter_of_each(lanes, |k| each[k])
 }
 
-/// [`Surfaces::sample_at`] lane by lane.
+/// [`Surfaces::sample_around`] lane by lane.
 #[inline(always)]
 fn sample_each<L: Lanes>(
-    at: &Point<L, Bsdfs<L>>,
+    bsdfs: &Bsdfs<L>,
+    n: L::V,
     directions: Directions,
     known: L::V,
     transport: Transport,
     u: [L::F; 3],
 ) -> Sampled<L> {
-    let lanes = at.alpha.lanes();
-    let (known, u) = (known.all(), L::V::new(u[0], u[1], u[2]).all());
+    let lanes = u[0].lanes();
+    let (n, known, u, bsdf) = (n.all(), known.all(), L::V::new(u[0], u[1], u[2]).all(), bsdfs.all(lanes));
     let mut each = [Sampled::NOTHING; MOST];
-    for (k, point) in at.each(at.bsdf.which(lanes)) {
-        each[k] = sample_alone(&point, directions, known[k].into(), transport, u[k]);
+    for k in bsdfs.which(lanes).lanes() {
+        each[k] = sample_alone(&bsdf(k), n[k].into(), directions, known[k].into(), transport, u[k]);
     }
     Sampled {
         direction: lanes.vectors(|k| each[k].direction.to_array()),

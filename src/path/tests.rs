@@ -1,5 +1,6 @@
 //! Paths built by hand, against numbers worked out by hand.
 
+mod lanes;
 mod tilt;
 
 use std::f64::consts::PI;

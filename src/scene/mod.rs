@@ -410,7 +410,7 @@ impl Scene {
 
     fn records(&self) -> &Records {
         // Made outside of the cell: a thread that waits for its helpers takes up other work, which may come here too.
-        let new = || Records::new(&self.geometry, &self.materials, &self.light_of, &self.lights);
+        let new = || Records::new(&self.geometry, &self.materials, &self.light_of, &self.lights, self.media());
         self.records.get().unwrap_or_else(|| {
             let records = new();
             self.records.get_or_init(|| records)

@@ -204,7 +204,7 @@ impl<L: Lanes> Point<L, Bsdfs<L>> {
     pub fn each(&self, which: L::M) -> impl Iterator<Item = (usize, Point)> {
         let (position, normal, shading_normal) = (self.position.all(), self.normal.all(), self.shading_normal.all());
         let (error, alpha, emission) = (self.error.all(), self.alpha.all(), self.emission.channels().all());
-        let bsdf = self.bsdf.all();
+        let bsdf = self.bsdf.all(self.alpha.lanes());
         which.lanes().map(move |k| {
             let point = Point {
                 position: position[k].into(),

@@ -5,12 +5,13 @@ use rayon::prelude::*;
 
 use super::{
     Scene,
-    bsdf::{Bsdf, Bsdfs, Diffuse},
+    bsdf::{Bsdfs, InLanes, Kind},
     geometry::{Geometry, PrimitiveId, STEEPEST, lifted, surface_of},
     id::{LightId, MediumId},
     light::{Lights, Receiver},
     light_index::LightIndex,
     material::{AlphaMode, Material, MaterialId},
+    media::Media,
     point::{Place, Point},
 };
 use crate::{
@@ -19,8 +20,8 @@ use crate::{
     sampling::{Choice, PdfArea, Square},
 };
 
-/// The world's triangles and all materials, as far as both are plain: opaque Lambertians without maps on triangles of
-/// the world.
+/// The world's triangles and all materials, as far as both are plain: opaque and without maps, of a [`Kind`] that is
+/// written for lanes, on triangles of the world.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Records {
     /// The corners p, q and r, and N_g; in the last place of each four the material, the light's successor,
@@ -28,7 +29,7 @@ pub(super) struct Records {
     triangles: Vec<Record>,
     /// The normals of the corners, in the same places.
     normals: Vec<Record>,
-    /// The albedo and the emission.
+    /// The colour and the emission; in the last place of each four the kind's number and the index of refraction.
     materials: Vec<Record>,
     lights: Option<FewLights>,
 }
@@ -39,6 +40,40 @@ const FLAT: u32 = 1;
 const SMOOTH: u32 = 2;
 /// Where it says so.
 const KIND: usize = 11;
+
+/// Points of plain triangles, in the lanes where there is one.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct PlainPoints<L: Lanes> {
+    /// Where, and what is there; black until [`Self::turn_to`] is called.
+    pub point: Point<L, Bsdfs<L>>,
+    /// In which lanes.
+    pub which: L::M,
+    kind: L::U,
+    color: Rgb<L::V>,
+    ior: L::F,
+}
+
+impl<L: Lanes> PlainPoints<L> {
+    #[inline(always)]
+    fn nowhere(lanes: L) -> Self {
+        let black = Rgb::of(lanes.splat_v([0.0; 3]));
+        let point = Point::without_surface(black.channels(), black.channels(), Place::Surface);
+        let (kind, ior) = (lanes.splat_u(0), lanes.splat(1.0));
+        Self { point, which: lanes.mask(0), kind, color: black, ior }
+    }
+
+    /// In which lanes the BSDF is of this kind.
+    #[inline(always)]
+    pub fn of_kind(&self, kind: Kind) -> L::M {
+        self.which & self.kind.eq(self.kind.lanes().splat_u(kind as u32))
+    }
+
+    /// Gives `point` the BSDFs of this kind: on the boundary of a volume those between its material and empty space.
+    #[inline(always)]
+    pub fn turn_to(&mut self, kind: Kind) {
+        self.point.bsdf = Bsdfs::of_kind(kind, self.color, self.ior);
+    }
+}
 
 /// So many smooth triangles are plain: more would take too much memory.
 const MOST_NORMALS: usize = 1 << 18;
@@ -62,19 +97,12 @@ impl Scene {
     }
 
     /// The points at the barycentric coordinates `b` of the world's primitives `index` in the lanes `which`, as
-    /// [`Self::point_at`] has them, where they are plain: anything where the condition does not hold.
+    /// [`Self::point_at`] has them, where they are plain.
     #[inline(always)]
-    pub(crate) fn plain_points<L: Lanes>(
-        &self,
-        lanes: L,
-        which: L::M,
-        index: L::U,
-        b: [L::F; 2],
-    ) -> (Point<L, Bsdfs<L>>, L::M) {
+    pub(crate) fn plain_points<L: Lanes>(&self, lanes: L, which: L::M, index: L::U, b: [L::F; 2]) -> PlainPoints<L> {
         let records = self.records();
         if records.triangles.is_empty() {
-            let nowhere = Point::nowhere(Vec3::ZERO);
-            return (Point::of_each(lanes, which, Place::Surface, |_| &nowhere), lanes.mask(0));
+            return PlainPoints::nowhere(lanes);
         }
         records.points(lanes, which, index, b)
     }
@@ -135,10 +163,18 @@ impl FewLights {
 }
 
 impl Records {
-    pub fn new(geometry: &Geometry, materials: &[Material], light_of: &LightIndex, lights: &Lights) -> Self {
+    pub fn new(
+        geometry: &Geometry,
+        materials: &[Material],
+        light_of: &LightIndex,
+        lights: &Lights,
+        media: Option<&Media>,
+    ) -> Self {
+        // Where other surfaces may coincide with a body's, a walk has to look for them.
+        let meet = media.is_some_and(Media::meet);
         let is_plain = |material: &Material| {
             let opaque = material.maps.is_none() && material.alpha_mode == AlphaMode::Opaque;
-            opaque && matches!(material.bsdf, Bsdf::Diffuse(_))
+            opaque && InLanes::of(&material.bsdf).is_some_and(|of| !(meet && of.kind.transmits()))
         };
         let plain = |index: u32| {
             let id = PrimitiveId::world(index);
@@ -167,9 +203,10 @@ impl Records {
             record([p, q, r, Vec3::ZERO].map(|row| row.extend(0.0).to_array()))
         };
         let material = |material: &Material| {
-            let albedo = if let Bsdf::Diffuse(Diffuse { albedo }) = material.bsdf { albedo } else { Rgb::ZERO };
-            let rows = [albedo, material.emission].map(|rgb| Vec3::from(rgb).extend(0.0).to_array());
-            record([rows[0], rows[1], [0.0; 4], [0.0; 4]])
+            let InLanes { kind, color, ior } = InLanes::of(&material.bsdf).unwrap_or(InLanes::BLACK);
+            let rows = [(color, word(kind as u32)), (material.emission, ior)];
+            let [bsdf, emission] = rows.map(|(rgb, last)| Vec3::from(rgb).extend(last).to_array());
+            record([bsdf, emission, [0.0; 4], [0.0; 4]])
         };
         let mut records = Self {
             triangles: (0..count).into_par_iter().map(triangle).collect(),
@@ -189,15 +226,9 @@ impl Records {
     }
 
     /// The points at the barycentric coordinates `b` of the triangles `index` in the lanes `which`, as
-    /// [`Point::on_surface`] has them, and where these are plain; anything elsewhere.
+    /// [`Point::on_surface`] has them, where these are plain.
     #[inline(always)]
-    pub fn points<L: Lanes>(
-        &self,
-        lanes: L,
-        which: L::M,
-        index: L::U,
-        [b, c]: [L::F; 2],
-    ) -> (Point<L, Bsdfs<L>>, L::M) {
+    pub fn points<L: Lanes>(&self, lanes: L, which: L::M, index: L::U, [b, c]: [L::F; 2]) -> PlainPoints<L> {
         let which = which & index.lt(lanes.splat_u(self.triangles.len() as u32));
         let index = which.select(index, lanes.splat_u(0));
         let t = lanes.records(&self.triangles, index);
@@ -211,6 +242,7 @@ impl Records {
             if smooth.any() { self.shading_normals::<L>(smooth, t[15].to_bits(), [b, c], normal) } else { normal };
         let material = t[3].to_bits();
         let m = lanes.records(&self.materials, which.select(material, lanes.splat_u(0)));
+        let (color, emission) = (Rgb::of(L::V::new(m[0], m[1], m[2])), Rgb::of(L::V::new(m[4], m[5], m[6])));
         let (light, material, index) = (t[7].to_bits().all(), material.all(), index.all());
         let (b, c) = (b.all(), c.all());
         let point = Point {
@@ -224,11 +256,11 @@ impl Records {
             media: [lanes.each(|_| MediumId::EMPTY); 2],
             light: lanes.each(|k| LightId::of_successor(light[k])),
             alpha: lanes.splat(1.0),
-            bsdf: Bsdfs::Diffuse(Diffuse { albedo: Rgb::of(L::V::new(m[0], m[1], m[2])) }),
-            emission: Rgb::of(L::V::new(m[4], m[5], m[6])),
+            bsdf: Bsdfs::of_kind(Kind::Diffuse, Rgb::of(lanes.splat_v([0.0; 3])), lanes.splat(1.0)),
+            emission,
             barycentric: lanes.each(|k| glam::Vec2::new(b[k], c[k])),
         };
-        (point, which)
+        PlainPoints { point, which, kind: m[3].to_bits(), color, ior: m[7] }
     }
 
     /// N_s of the smooth triangles.

@@ -27,50 +27,52 @@
 
 use glam::Vec3;
 
-use super::{
-    bsdf::{Lobe, Scatter},
-    point::Point,
+use super::{bsdf::Scatter, point::Point};
+use crate::{
+    lanes::{Float, Lanes, Mask, One, Select, Vector},
+    sampling::PdfSolidAngle,
 };
-use crate::sampling::PdfSolidAngle;
 
-/// The map between directions over N_g and over N_s at a point.
+/// The map between directions over N_g and over N_s at a point, in each lane.
 #[derive(Clone, Copy, Debug)]
-pub struct Tilt {
-    n_s: Vec3,
-    n_g: Vec3,
+pub struct Tilt<L: Lanes = One> {
+    n_s: L::V,
+    n_g: L::V,
     /// cos θ.
-    cos: f32,
+    cos: L::F,
     /// sin θ cot m: directions with |ω·N_g − cos θ ω·N_s| at most this times |ω·N_s| stay.
-    reach: f32,
+    reach: L::F,
+    /// Where N_s is N_g: every direction stays.
+    is_flat: L::M,
 }
 
-/// A direction where the map takes it.
+/// A direction where the map takes it, in each lane.
 #[derive(Clone, Copy, Debug)]
-pub struct Tilted {
+pub struct Tilted<L: Lanes = One> {
     /// Unit.
-    pub direction: Vec3,
+    pub direction: L::V,
     /// dω_s/dω there, whichever of the two was given; positive.
-    pub jacobian: f32,
-    /// ω_s·N_s.
-    cos_shading: f32,
-    /// ω·N_g.
-    cos_surface: f32,
+    pub jacobian: L::F,
+    /// ω_s·N_s and ω·N_g. Where N_s is N_g they are one number, which may be 0: there 1 stands for both, so that their
+    /// ratio is 1.
+    cos_shading: L::F,
+    cos_surface: L::F,
 }
 
-impl Tilted {
+impl<L: Lanes> Tilted<L> {
     /// Whether ω over N_g and ω_s over N_s lie on the same side, as they do short of rounding at the horizons. Where
     /// they do not, f̂ = 0: the one place that says so.
     #[inline(always)]
-    pub fn keeps_side(&self) -> bool {
-        self.cos_shading * self.cos_surface > 0.0
+    pub fn keeps_side(&self) -> L::M {
+        self.cos_surface.lanes().splat(0.0).lt(self.cos_shading * self.cos_surface)
     }
 
     /// f̂/f_s for this as the light direction: |ω_s·N_s| / |ω·N_g| · dω_s/dω; of a delta lobe, whose coefficients are
     /// with respect to dω, the cosines alone.
     #[inline(always)]
-    pub fn factor(&self, lobe: Lobe) -> f32 {
+    pub fn factor(&self, is_delta: L::M) -> L::F {
         let cosines = (self.cos_shading / self.cos_surface).abs();
-        if lobe == Lobe::Continuous { cosines * self.jacobian } else { cosines }
+        is_delta.select(cosines, cosines * self.jacobian)
     }
 }
 
@@ -81,39 +83,81 @@ enum To {
     Surface,
 }
 
-impl Tilt {
-    /// The map at a point whose two normals differ.
+impl<L: Lanes> Tilt<L> {
+    /// The map at a point.
     #[inline(always)]
-    pub fn at(p: &Point) -> Self {
+    pub fn at<B>(p: &Point<L, B>) -> Self {
         let cos = p.shading_normal.dot(p.normal);
-        let square = 4.0 * cos * cos;
+        let lanes = cos.lanes();
+        let (square, three) = (cos * 4.0 * cos, lanes.splat(3.0));
         // sin θ cot 3θ; from 30° on m is 90°.
-        let reach = if square > 3.0 { cos * (square - 3.0) / (square - 1.0) } else { 0.0 };
-        Self { n_s: p.shading_normal, n_g: p.normal, cos, reach }
+        let below_30 = cos * (square - three) / (square - lanes.splat(1.0));
+        let reach = three.lt(square).select(below_30, lanes.splat(0.0));
+        Self { n_s: p.shading_normal, n_g: p.normal, cos, reach, is_flat: p.is_flat() }
     }
 
     /// ω_s of the unit direction `w`.
     #[inline(always)]
-    pub fn to_shading(&self, w: Vec3) -> Tilted {
+    pub fn to_shading(&self, w: L::V) -> Tilted<L> {
         self.map(w, To::Shading)
     }
 
     /// The unit direction whose ω_s is `w`.
     #[inline(always)]
-    pub fn to_surface(&self, w: Vec3) -> Tilted {
+    pub fn to_surface(&self, w: L::V) -> Tilted<L> {
         self.map(w, To::Surface)
     }
 
     #[inline(always)]
-    fn map(&self, w: Vec3, to: To) -> Tilted {
+    fn map(&self, w: L::V, to: To) -> Tilted<L> {
         let (cos_s, cos_g) = (self.n_s.dot(w), self.n_g.dot(w));
-        if (cos_g - self.cos * cos_s).abs() <= self.reach * cos_s.abs() {
-            Tilted { direction: w, jacobian: 1.0, cos_shading: cos_s, cos_surface: cos_g }
-        } else {
-            self.bend(w, cos_s, cos_g, to)
+        let one = cos_s.lanes().splat(1.0);
+        let unmoved = Tilted {
+            direction: w,
+            jacobian: one,
+            cos_shading: self.is_flat.select(one, cos_s),
+            cos_surface: self.is_flat.select(one, cos_g),
+        };
+        let stays = self.is_flat | (cos_g - self.cos * cos_s).abs().le(self.reach * cos_s.abs());
+        if (!stays).any() { self.bend_each(!stays, &unmoved, to) } else { unmoved }
+    }
+
+    /// [`Tilt::bend`] in some lanes, one after the other: few directions are that near the horizons.
+    #[inline(always)]
+    fn bend_each(&self, which: L::M, unmoved: &Tilted<L>, to: To) -> Tilted<L> {
+        let (n_s, n_g, cos) = (self.n_s.all(), self.n_g.all(), self.cos.all());
+        let (mut direction, mut jacobian) = (unmoved.direction.all(), unmoved.jacobian.all());
+        let (mut cos_s, mut cos_g) = (unmoved.cos_shading.all(), unmoved.cos_surface.all());
+        for k in which.lanes() {
+            let tilt = Tilt { n_s: n_s[k].into(), n_g: n_g[k].into(), cos: cos[k], reach: 0.0, is_flat: false };
+            let bent = tilt.bend(direction[k].into(), cos_s[k], cos_g[k], to);
+            (direction[k], jacobian[k]) = (bent.direction.to_array(), bent.jacobian);
+            (cos_s[k], cos_g[k]) = (bent.cos_shading, bent.cos_surface);
+        }
+        let lanes = self.cos.lanes();
+        Tilted {
+            direction: lanes.vectors(|k| direction[k]),
+            jacobian: lanes.load(&jacobian),
+            cos_shading: lanes.load(&cos_s),
+            cos_surface: lanes.load(&cos_g),
         }
     }
 
+    /// The densities of f_s as densities over N_g; f stays. Those of a delta lobe are coefficients with respect to dω
+    /// on the light side.
+    #[inline(always)]
+    pub fn densities(is_delta: L::M, scatter: Scatter<L>, to_camera: &Tilted<L>, to_light: &Tilted<L>) -> Scatter<L> {
+        let (camera, light) = (to_camera.jacobian, to_light.jacobian);
+        let one = camera.lanes().splat(1.0);
+        Scatter {
+            to_light: PdfSolidAngle(scatter.to_light.0 * is_delta.select(one, light)),
+            to_camera: PdfSolidAngle(scatter.to_camera.0 * is_delta.select(camera / light, camera)),
+            ..scatter
+        }
+    }
+}
+
+impl Tilt {
     /// The shear, in the plane of the two normals.
     #[inline(never)]
     fn bend(&self, w: Vec3, y: f32, cos_g: f32, to: To) -> Tilted {
@@ -162,22 +206,6 @@ impl Tilt {
         match to {
             To::Shading => Tilted { direction, jacobian, cos_shading: self.n_s.dot(direction), cos_surface: cos_g },
             To::Surface => Tilted { direction, jacobian, cos_shading: y, cos_surface: self.n_g.dot(direction) },
-        }
-    }
-
-    /// The densities of f_s as densities over N_g; f stays. Those of a delta lobe are coefficients with respect to dω
-    /// on the light side.
-    #[inline(always)]
-    pub fn densities(lobe: Lobe, scatter: Scatter, to_camera: &Tilted, to_light: &Tilted) -> Scatter {
-        let (camera, light) = (to_camera.jacobian, to_light.jacobian);
-        let (to_light, to_camera) = match lobe {
-            Lobe::Continuous => (light, camera),
-            Lobe::Delta(_) => (1.0, camera / light),
-        };
-        Scatter {
-            to_light: PdfSolidAngle(scatter.to_light.0 * to_light),
-            to_camera: PdfSolidAngle(scatter.to_camera.0 * to_camera),
-            ..scatter
         }
     }
 }

@@ -12,7 +12,7 @@ use pathspace::{
     sampling::{Filter, SamplerKind},
     scene::{
         Scene,
-        bsdf::Directions,
+        bsdf::{Bsdf, Directions},
         camera::{Camera, Sensor},
         geometry::Geometry,
         light::{Light, LightChoice},
@@ -99,6 +99,57 @@ fn plain(sensor: Sensor, lamps: usize, sky: &[Light]) -> Scene {
     Scene::new(g, materials, sky, camera)
 }
 
+/// An octahedron with the normals of a sphere, which no normal of a face comes near.
+fn octahedron(g: &mut Geometry, center: Vec3, radius: f32, material: u32) {
+    let normals = [Vec3::X, Vec3::NEG_X, Vec3::Y, Vec3::NEG_Y, Vec3::Z, Vec3::NEG_Z];
+    let positions = normals.map(|n| center + n * radius);
+    let face = |i: u32| {
+        let [x, y, z] = [i & 1, 2 + (i >> 1 & 1), 4 + (i >> 2)];
+        if i.count_ones() % 2 == 0 { [x, y, z] } else { [x, z, y] }
+    };
+    let faces: Vec<_> = (0..8).map(face).collect();
+    g.add_triangles(&positions, Some(&normals), &faces, MaterialId(material));
+}
+
+/// Smooth glass and mirrors beside Lambertians: bodies one in another, about a Lambertian and of no other index than
+/// what is around, flat and smooth, and open sheets; `touching`, one with a face on the floor. Glass and mirrors glow.
+fn glassy(sensor: Sensor, eye: Vec3, touching: bool, sky: &[Light]) -> Scene {
+    let mut bubble = Material::glass("bubble", 1.2);
+    if let Bsdf::Dielectric(glass) = &mut bubble.bsdf {
+        glass.color = Rgb::new(0.9, 0.7, 0.8);
+    }
+    let materials = vec![
+        Material::diffuse("white", Rgb::new(0.7, 0.72, 0.68)),
+        Material::mirror("mirror", Rgb::new(0.9, 0.8, 0.6)).emitting(Rgb::new(0.1, 0.2, 0.1)),
+        Material::diffuse("lamp", Rgb::splat(0.3)).emitting(Rgb::new(2.0, 1.5, 1.0)),
+        Material::glass("glass", 1.5),
+        bubble,
+        Material::glass("nothing", 1.0),
+        Material::glass("sheet", 1.4).emitting(Rgb::new(0.1, 0.0, 0.3)),
+        Material::glass("stand", 1.7),
+        Material::pane("pane", 1.5),
+    ];
+    let mut g = Geometry::default();
+    let v = Vec3::new;
+    scenes::quad(&mut g, [v(-1.0, -1.0, -1.0), v(-1.0, -1.0, 1.0), v(1.0, -1.0, 1.0), v(1.0, -1.0, -1.0)], 0);
+    scenes::quad(&mut g, [v(-1.0, -1.0, -1.0), v(1.0, -1.0, -1.0), v(1.0, 0.6, -1.0), v(-1.0, 0.6, -1.0)], 0);
+    scenes::quad(&mut g, [v(-0.4, 0.7, -0.4), v(0.4, 0.7, -0.4), v(0.4, 0.7, 0.4), v(-0.4, 0.7, 0.4)], 2);
+    scenes::quad(&mut g, [v(-1.0, -0.9, 0.3), v(-0.4, -0.9, 0.2), v(-0.4, 0.3, 0.2), v(-1.0, 0.3, 0.3)], 6);
+    scenes::quad(&mut g, [v(-0.9, -0.5, 0.7), v(0.0, -0.5, 0.6), v(0.0, 0.4, 0.6), v(-0.9, 0.4, 0.7)], 8);
+    octahedron(&mut g, v(-0.1, -0.2, -0.2), 0.6, 3);
+    octahedron(&mut g, v(-0.1, -0.2, -0.2), 0.35, 4);
+    octahedron(&mut g, v(-0.1, -0.25, -0.2), 0.15, 0);
+    octahedron(&mut g, v(0.1, -0.1, 0.1), 0.3, 5);
+    octahedron(&mut g, v(0.7, -0.5, -0.6), 0.4, 1);
+    let bottom = if touching { -1.0 } else { -0.99 };
+    let corner = |i: usize| v([0.3, 0.7][i & 1], [bottom, -0.7][i >> 1 & 1], [-0.1, 0.3][i >> 2]);
+    for face in [[0, 4, 6, 2], [1, 3, 7, 5], [0, 1, 5, 4], [2, 6, 7, 3], [0, 2, 3, 1], [4, 5, 7, 6]] {
+        scenes::quad(&mut g, face.map(corner), 7);
+    }
+    let camera = Camera::look_at(eye, v(0.0, -0.3, -1.0), Vec3::Y, 0.9, sensor);
+    Scene::new(g, materials, sky, camera)
+}
+
 fn sky() -> [Light; 1] {
     [Light::Environment { radiance: Rgb::new(0.2, 0.3, 0.5) }]
 }
@@ -153,6 +204,25 @@ fn whatever_is_in_the_scene() {
                         assert_waves_do_not_matter(name, &scene, &settings(integrator));
                     }
                 }
+            }
+        }
+    }
+}
+
+#[test]
+fn smooth_glass_and_mirrors() {
+    let (outside, inside) = (Vec3::new(0.1, 0.2, 1.8), Vec3::new(-0.1, -0.1, 0.05));
+    for (name, eye, touching, sky) in [
+        ("outside", outside, false, &[][..]),
+        ("outside, under a sky", outside, false, &sky()),
+        ("inside", inside, false, &sky()),
+        ("touching", outside, true, &[]),
+    ] {
+        let scene = glassy(SENSOR, eye, touching, sky);
+        for integrator in WAVES.into_iter().chain([IntegratorKind::PathHemisphere]) {
+            for roulette in [Roulette::FromDepth(3), Roulette::ByThroughput(2)] {
+                let settings = Settings { roulette, max_depth: 9, ..settings(integrator) };
+                assert_waves_do_not_matter(name, &scene, &settings);
             }
         }
     }

@@ -3,8 +3,8 @@
 
 use super::{
     CameraEnd, Queues, Stage, Starts, WaveSink, deposit,
-    queue::{CONNECTS, INSIDE, Walk, Walks, has},
-    store::{Kind, LightEnd},
+    queue::{CONNECTS, Walk, Walks, has},
+    store::{Held, LightEnd},
 };
 use crate::{
     integrator::Integrator,
@@ -36,11 +36,9 @@ impl Integrator {
         let lens = stage.lens();
         let p = &lens.vertex.point;
         walks.0.clear(starts.len);
-        let mut outside = true;
         if let Some(media) = scene.media() {
             let mut start = Inside::NOTHING;
             start.start_at_lens(scene, media, camera.lens_point().position);
-            outside = start.is_nothing();
             inside.clear();
             inside.resize(starts.len, start);
         }
@@ -68,7 +66,7 @@ impl Integrator {
                 pdf_fwd: lens.pdf_fwd,
                 rivals: RivalSum::none(lanes),
                 next_event_ratio: one,
-                flags: lanes.splat_u(if outside { 0 } else { INSIDE }),
+                flags: lanes.splat_u(0),
                 raster,
                 scrambles: [kept[0], kept_for_connections[0]],
                 index: kept[1],
@@ -171,7 +169,7 @@ impl Integrator {
             let strategy = Strategy { s, t };
             let times = self.evaluated.multiplicity(strategy);
             let [lambert, other] = light_vertices.kinds(s, &numbers, which);
-            for (kind, which) in [(Kind::Lambert, lambert), (Kind::Other, other)] {
+            for (kind, which) in [(Held::Lambert, lambert), (Held::Other, other)] {
                 if which != 0 && times > 0 {
                     let which = lanes.mask(which);
                     let end = light_vertices.get(lanes, s, kind, walk.number, which);
@@ -213,9 +211,9 @@ impl<L: Lanes> Ends<L> {
         let (square, [high, low]) = (numbers.next_square(), numbers.next_choice_words());
         if let Some(lights) = scene.few_lights() {
             let (triangle, density) = lights.choose([high, low]);
-            let (point, plain) = scene.plain_points(lanes, which, triangle, warp::triangle(square.coordinates()));
-            let some = which & plain & lanes.splat(0.0).lt(density);
-            return Self::Plain(point, PdfArea(density), some);
+            let points = scene.plain_points(lanes, which, triangle, warp::triangle(square.coordinates()));
+            let some = which & points.which & lanes.splat(0.0).lt(density);
+            return Self::Plain(points.point, PdfArea(density), some);
         }
         let receivers = Receiver::all(&here.vertex.point);
         let nth = n % scene.lights().next_event_samples();

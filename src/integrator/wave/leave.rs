@@ -1,13 +1,15 @@
 //! How the walks of a wave leave a vertex.
 
 use super::{
-    Stage, WaveSink, count,
-    queue::{CONNECTS, DELTA, DELTA_BEFORE, HITTABLE, INSIDE, SPLATS, Walk, Walks, flag, has},
+    Stage, WaveSink,
+    bodies::go_through,
+    count,
+    queue::{CONNECTS, DELTA, DELTA_BEFORE, HITTABLE, SPLATS, Walk, Walks, flag, has},
     words,
 };
 use crate::{
     integrator::Integrator,
-    lanes::{Float, Lanes, Mask, Select, Unsigned, Vector, Work},
+    lanes::{Float, Lanes, Select, Vector, Work},
     path::{Beginning, RivalSum, Rules, Step},
     sampling::{Block, Chance, PdfArea, Sampler, Stream},
     scene::{
@@ -44,16 +46,13 @@ impl<L: Lanes, S: WaveSink> Work for Leave<'_, L, S> {
         let scattered = here.scatter(rules, vertices - 1, walk.whole, u, survive);
         sink.lost_to_sides(count(scattered.lost_to_sides & which));
         let (p, goes_on) = (&here.vertex.point, scattered.goes_on & which);
-        let mut is_inside = has(walk.flags, INSIDE);
-        // Lambertians let nothing through.
-        if stage.scene.media().is_some() && matches!(p.bsdf, Bsdfs::Each(..)) {
+        if stage.scene.media().is_some() && p.bsdf.may_transmit() {
             let through = p.normal.dot(scattered.departure.direction) * p.normal.dot(here.back.direction);
-            is_inside = go_through(walk, goes_on, through.lt(lanes.splat(0.0)), inside);
+            go_through(walk, goes_on & through.lt(lanes.splat(0.0)), inside);
         }
         let flags = walk.flags & lanes.splat_u(SPLATS | CONNECTS | HITTABLE)
             | flag(lanes, DELTA, scattered.is_delta)
-            | flag(lanes, DELTA_BEFORE, has(walk.flags, DELTA))
-            | flag(lanes, INSIDE, is_inside);
+            | flag(lanes, DELTA_BEFORE, has(walk.flags, DELTA));
         let onwards = Walk {
             departure: scattered.departure,
             whole: scattered.whole,
@@ -82,20 +81,4 @@ fn rivals_before<L: Lanes>(stage: Stage<'_, L>, walk: &Walk<L>, reverse: PdfArea
     let j = vertices as usize - 2;
     let connects = beginning.connects(j, [has(walk.flags, DELTA), has(walk.flags, DELTA_BEFORE)]);
     sum.next(j, [reverse, walk.pdf_fwd], connects, walk.rivals)
-}
-
-/// Takes the walks of the lanes `goes_on` to the other side of their surface where they go `through` it. Returns which
-/// of them are in something then.
-#[inline(always)]
-fn go_through<L: Lanes>(walk: &Walk<L>, goes_on: L::M, through: L::M, inside: &mut [Inside]) -> L::M {
-    let (number, through) = (walk.number.all(), through.bits());
-    let mut bits = 0;
-    for k in goes_on.lanes() {
-        let inside = &mut inside[number[k] as usize];
-        if inside.is_at_boundary() && through >> k & 1 == 1 {
-            inside.go_through();
-        }
-        bits |= u32::from(!inside.is_nothing()) << k;
-    }
-    walk.number.lanes().mask(bits)
 }

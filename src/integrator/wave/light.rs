@@ -4,7 +4,7 @@ use glam::Vec3;
 
 use super::{
     CameraEnd, Queues, Stage, Starts, Wave, WaveSink,
-    queue::{Connections, HITTABLE, INSIDE, SPLATS, Walk, Walks, flag, flag_of, has},
+    queue::{Connections, HITTABLE, SPLATS, Walk, Walks, flag, flag_of, has},
     store::LightEnd,
     words,
 };
@@ -100,18 +100,14 @@ impl Integrator {
         let far = lanes.vectors(|k| of(k).origin.unwrap_or_default().to_array());
         let origin = has_origin.select(far, point.ray_origin(direction));
         let departure = Departure::from_light(scene, &first.step, direction, pdf, origin);
-        let mut inside = 0;
         for k in leaves.lanes() {
             if let Some(light) = queues.lights.get_mut(at + k) {
                 *light = of(k).point;
             }
             if let Some(media) = scene.media() {
-                let start = &mut queues.inside[at + k];
-                start.start_at_light(scene, media, of(k));
-                inside |= u32::from(!start.is_nothing()) << k;
+                queues.inside[at + k].start_at_light(scene, media, of(k));
             }
         }
-        let is_inside = flag(lanes, INSIDE, lanes.mask(inside));
         let walk = Walk::<L> {
             departure,
             whole: departure.beta.max_element(),
@@ -121,7 +117,7 @@ impl Integrator {
             pdf_fwd: pdf_position,
             rivals: RivalSum::none(lanes),
             next_event_ratio: one,
-            flags: flags | is_inside | flag(lanes, HITTABLE, is_hittable) | lanes.splat_u(flag_of(place)),
+            flags: flags | flag(lanes, HITTABLE, is_hittable) | lanes.splat_u(flag_of(place)),
             raster: [zero; 2],
             scrambles: [kept[0]; 2],
             index: kept[1],

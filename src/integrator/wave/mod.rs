@@ -5,6 +5,8 @@
 //! that all use the same block of random numbers, the same entries of the table and the same rule for roulette. The
 //! numbers are those of [`Integrator::estimate_from_camera`], bit by bit, and so is every deposit.
 
+mod arrive;
+mod bodies;
 mod camera;
 mod join;
 mod leave;
@@ -16,9 +18,8 @@ use glam::Vec3;
 
 use self::{
     join::CameraEnd,
-    leave::Leave,
-    queue::{CONNECTS, Connections, HITTABLE, SPLATS, Seen, Walk, Walks, has},
-    store::{LightEnd, VertexStore},
+    queue::{CONNECTS, Connections, SPLATS, Seen, Walks, has},
+    store::VertexStore,
 };
 use super::{Connects, Integrator, LightStage, Splats, estimator::has_a_place};
 use crate::{
@@ -32,7 +33,7 @@ use crate::{
         camera::Raster,
         geometry::Hits,
         media::Inside,
-        point::{Place, Point},
+        point::Point,
     },
 };
 
@@ -334,49 +335,6 @@ impl Integrator {
         }
     }
 
-    /// What happens at the vertices to which the rays of some walks have come.
-    #[inline(always)]
-    fn arrive<L: Lanes>(
-        &self,
-        stage: Stage<'_, L>,
-        these: std::ops::Range<usize>,
-        wave: &mut Wave,
-        sink: &mut impl WaveSink,
-    ) {
-        let Stage { lanes, scene, .. } = stage;
-        let Wave { walks, hits, queues, .. } = wave;
-        for i in these.clone().step_by(L::N) {
-            let walk = walks.get(lanes, i);
-            let all = lanes.first(these.end - i);
-            let mut met = hits.any(lanes, i) & all;
-            let (in_world, index, b) = hits.places(lanes, i);
-            let (point, plain) = scene.plain_points(lanes, met & in_world, index, b);
-            let plain = plain & self.nothing_else(stage, walks, hits, i, plain);
-            // One call for all: each would be a copy of what it does.
-            let (mut which, mut point, mut met_others) = (plain, point, false);
-            loop {
-                if which.any() {
-                    self.arrive_at(stage, &walk, (which, &point), queues, sink);
-                }
-                let others = met & !plain;
-                if !met_others && others.any() {
-                    let points = &mut queues.points.0;
-                    which = lanes.mask(walks.arrive_each(scene, i, others, hits, &mut queues.inside, points));
-                    met = plain | which;
-                    point = Point::of_each(lanes, which, Place::Surface, |k| &points[k]);
-                } else if missed(stage, point.place, all & !met) {
-                    which = all & !met;
-                    let points = &mut queues.points.0;
-                    walks.leave_each(scene, i, which, points);
-                    point = Point::of_each(lanes, which, Place::Infinite, |k| &points[k]);
-                } else {
-                    break;
-                }
-                met_others = true;
-            }
-        }
-    }
-
     /// How many connections a vertex takes at most.
     fn connections_of_each<L: Lanes>(&self, stage: Stage<'_, L>, light_vertices: &VertexStore) -> usize {
         let of = |s, t| self.evaluated.multiplicity(Strategy { s, t });
@@ -390,108 +348,6 @@ impl Integrator {
         };
         connections as usize
     }
-
-    /// Where walks come from empty space to what is met first, of those in the lanes `plain` whose rays begin at the
-    /// `at`-th.
-    #[inline(always)]
-    fn nothing_else<L: Lanes>(
-        &self,
-        Stage { lanes, scene, .. }: Stage<'_, L>,
-        walks: &Walks,
-        hits: &Hits,
-        at: usize,
-        plain: L::M,
-    ) -> L::M {
-        let mut these = lanes.first(L::N);
-        if scene.media().is_some() {
-            these = these & walks.outside(lanes, at);
-        }
-        if scene.geometry().has_coincident() {
-            let mut first = 0;
-            for k in plain.lanes() {
-                let (ray, left) = (walks.ray(at + k), walks.left(at + k));
-                let is_first = |hit| scene.geometry().is_met_first(&ray, left, &hit);
-                first |= u32::from(hits.get(at + k).is_some_and(is_first)) << k;
-            }
-            these = these & lanes.mask(first);
-        }
-        these
-    }
-
-    /// The same for the lanes `which` of a group.
-    #[inline(always)]
-    fn arrive_at<L: Lanes>(
-        &self,
-        stage: Stage<'_, L>,
-        walk: &Walk<L>,
-        (which, point): (L::M, &Point<L, Bsdfs<L>>),
-        queues: &mut Queues,
-        sink: &mut impl WaveSink,
-    ) {
-        // Lights are of all kinds; all that comes after them lies on surfaces.
-        let first = stage.transport == Transport::Importance && stage.vertices == 2;
-        for place in [Place::Surface, Place::Degenerate, Place::Infinite] {
-            let which = if first { which & walk.leaves(place) } else { which };
-            if (first || place == Place::Surface) && which.any() {
-                self.arrive_from(stage, *walk, (place, which, point), queues, sink);
-            }
-        }
-    }
-
-    /// The same for lanes that come from such a `place`.
-    #[inline(always)]
-    fn arrive_from<L: Lanes>(
-        &self,
-        stage: Stage<'_, L>,
-        mut walk: Walk<L>,
-        (place, which, point): (Place, L::M, &Point<L, Bsdfs<L>>),
-        queues: &mut Queues,
-        sink: &mut impl WaveSink,
-    ) {
-        let Stage { lanes, vertices, transport, light_vertices, .. } = stage;
-        let from = walk.from(place);
-        let here = Step::arriving(&walk.departure, &from, *point, lanes.splat(1.0));
-        sink.walked(transport, count(which));
-        match transport {
-            Transport::Radiance => {
-                self.hit(stage, &walk, &from, &here, which, sink);
-                if point.place == Place::Infinite {
-                    return;
-                }
-                self.connect(stage, &walk, &here, which, queues, sink);
-            }
-            Transport::Importance => {
-                if vertices == 2 {
-                    walk.next_event_ratio = self.next_event_ratio(stage, &walk, (place, which), &here, &queues.lights);
-                }
-                let which = which & here.vertex.point.bsdf.has_continuous(lanes);
-                let end = LightEnd {
-                    step: here,
-                    tail: walk.tail(&here),
-                    is_hittable: has(walk.flags, HITTABLE),
-                    next_event_ratio: walk.next_event_ratio,
-                };
-                self.splat(stage, &end, which & has(walk.flags, SPLATS), &mut queues.connections, sink);
-                let kept = which & has(walk.flags, CONNECTS);
-                if vertices <= light_vertices.connected && kept.any() {
-                    queues.light_vertices.put(vertices, &end, walk.number, kept);
-                }
-            }
-        }
-        let goes_on = which & stage.has_next(walk.flags);
-        if goes_on.any() {
-            let Queues { next, inside, .. } = queues;
-            let (walk, here) = (&walk, &here);
-            lanes.call(Leave { integrator: self, stage, walk, here, which: goes_on, next, inside, sink });
-        }
-    }
-}
-
-/// Whether the lanes `missed` come to a sky next, unless they have been there.
-#[inline(always)]
-fn missed<L: Lanes>(stage: Stage<'_, L>, last: Place, missed: L::M) -> bool {
-    let to_sky = stage.transport == Transport::Radiance && stage.scene.lights().has_environment();
-    to_sky && last != Place::Infinite && missed.any()
 }
 
 /// The names of the primitives on which points lie.

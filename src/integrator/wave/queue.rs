@@ -116,8 +116,6 @@ pub struct Walk<L: Lanes> {
 
 /// The walk's last vertex passes a delta lobe.
 pub const DELTA: u32 = 1;
-/// It goes through a body.
-pub const INSIDE: u32 = 2;
 /// Its pixel is one of the image: what it finds from a light is connected to the lens.
 pub const SPLATS: u32 = 16;
 /// A walk from the camera through its pixel is connected to what it finds from a light.
@@ -232,12 +230,6 @@ impl Walks {
     #[inline(always)]
     pub fn left(&self, at: usize) -> PrimitiveId {
         self.0.primitive(0, at)
-    }
-
-    /// Whether those from the `at`-th on, one for each lane, are outside of all bodies.
-    #[inline(always)]
-    pub fn outside<L: Lanes>(&self, lanes: L, at: usize) -> L::M {
-        (lanes.load_u(&self.0.words[2][at..]) & lanes.splat_u(INSIDE)).eq(lanes.splat_u(0))
     }
 
     /// The surface points to which those in the lanes `which` of the group from the `from`-th on come. Returns a bit

@@ -41,16 +41,16 @@ pub struct VertexStore {
 /// One vertex of each walk.
 #[derive(Clone, Debug, Default)]
 struct Level {
-    kinds: Vec<Kind>,
+    kinds: Vec<Held>,
     /// What [`rows`] makes of a vertex.
     rows: [Vec<Record>; 2],
-    /// The BSDFs of [`Kind::Other`].
+    /// The BSDFs of [`Held::Other`].
     bsdfs: Vec<Bsdf>,
 }
 
 /// What a walk has at some s.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Kind {
+pub enum Held {
     /// No vertex that a connection could use.
     Nothing,
     /// A Lambertian one.
@@ -95,7 +95,7 @@ impl VertexStore {
     /// Keeps the s-th vertices of the walks of the lanes `which` with these numbers.
     #[inline(always)]
     pub fn put<L: Lanes>(&mut self, s: u32, end: &LightEnd<L>, number: L::U, which: L::M) {
-        let (number, rows) = (number.all(), rows(end));
+        let (lanes, number, rows) = (number.lanes(), number.all(), rows(end));
         for k in which.lanes() {
             self.last[number[k] as usize] = s;
         }
@@ -106,11 +106,11 @@ impl VertexStore {
                 columns[row][column] = rows[row][column].all();
             }
         }
-        let bsdf = end.step.vertex.point.bsdf.all();
+        let bsdf = end.step.vertex.point.bsdf.all(lanes);
         let lambert = matches!(end.step.vertex.point.bsdf, Bsdfs::Diffuse(_));
         for k in which.lanes() {
             let number = number[k] as usize;
-            level.kinds[number] = if lambert { Kind::Lambert } else { Kind::Other };
+            level.kinds[number] = if lambert { Held::Lambert } else { Held::Other };
             if !lambert {
                 level.bsdfs[number] = bsdf(k);
             }
@@ -132,7 +132,7 @@ impl VertexStore {
             }
             let level = &mut self.levels[self.used];
             level.kinds.clear();
-            level.kinds.resize(walks, Kind::Nothing);
+            level.kinds.resize(walks, Held::Nothing);
             level.rows.iter_mut().for_each(|rows| rows.resize(walks, Record([0.0; 16])));
             level.bsdfs.resize(walks, Bsdf::Diffuse(Diffuse { albedo: Rgb::ZERO }));
             self.used += 1;
@@ -148,19 +148,19 @@ impl VertexStore {
         let (mut lambert, mut other) = (0, 0);
         for k in which.lanes() {
             let kind = kinds[numbers[k] as usize];
-            lambert |= u32::from(kind == Kind::Lambert) << k;
-            other |= u32::from(kind == Kind::Other) << k;
+            lambert |= u32::from(kind == Held::Lambert) << k;
+            other |= u32::from(kind == Held::Other) << k;
         }
         [lambert, other]
     }
 
     /// The s-th vertices of the walks of the lanes `which` with these numbers, all of which are of this kind.
     #[inline(always)]
-    pub fn get<L: Lanes>(&self, lanes: L, s: u32, kind: Kind, number: L::U, which: L::M) -> LightEnd<L> {
+    pub fn get<L: Lanes>(&self, lanes: L, s: u32, kind: Held, number: L::U, which: L::M) -> LightEnd<L> {
         let level = &self.levels[s as usize - 2];
         let number = which.select(number, lanes.splat_u(0));
         let mut end = of_rows([lanes.records(&level.rows[0], number), lanes.records(&level.rows[1], number)]);
-        if kind == Kind::Other {
+        if kind == Held::Other {
             let number = number.all();
             end.step.vertex.point.bsdf = Bsdfs::new(lanes, which, |k| &level.bsdfs[number[k] as usize]);
         }

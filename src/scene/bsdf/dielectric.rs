@@ -3,7 +3,7 @@
 use glam::Vec3;
 
 use super::{
-    BsdfSample, GRAZING, Lobe, Scatter, ScatterEvent, Transport, albedo, fresnel,
+    BsdfSample, GRAZING, Glass, Lobe, Scatter, ScatterEvent, Transport, albedo, fresnel,
     layer::{Coat, Ways, product_lobe},
     microfacet::{Ggx, SMOOTH_ALPHA},
     mirrored,
@@ -29,10 +29,6 @@ pub struct Dielectric {
     pub transmission: f32,
 }
 
-/// Indices closer than this to the outside's neither reflect nor bend: the half vector of a rough refraction,
-/// the difference of two nearly opposite directions, would be rounding noise.
-const MATCHED_IOR: f32 = 1e-4;
-
 impl Dielectric {
     #[inline]
     fn surface(&self) -> Transmitting {
@@ -44,9 +40,21 @@ impl Dielectric {
         }
     }
 
+    /// The boundary, if it were smooth and clear: what bends light is the same in any case.
+    #[inline(always)]
+    fn smooth(&self) -> Glass {
+        Glass { color: self.color, ior: self.ior }
+    }
+
+    /// The boundary, if there is nothing else: smooth and clear, whatever the index inside. The common case.
+    #[inline(always)]
+    pub(super) fn glass(&self) -> Option<Glass> {
+        (self.transmission == 1.0 && self.alpha < SMOOTH_ALPHA).then_some(self.smooth())
+    }
+
     #[inline]
     fn is_matched(&self) -> bool {
-        (self.ior - 1.0).abs() < MATCHED_IOR
+        self.smooth().is_matched()
     }
 
     #[inline]
@@ -57,13 +65,13 @@ impl Dielectric {
     /// The index of refraction on the side of `w`.
     #[inline]
     fn eta(&self, w: Vec3) -> f32 {
-        if w.z > 0.0 || self.is_matched() { 1.0 } else { self.ior }
+        self.smooth().eta(w.z)
     }
 
     /// η across the boundary over η on the side of `w`.
     #[inline]
     fn eta_across(&self, w: Vec3) -> f32 {
-        self.eta(-w) / self.eta(w)
+        self.smooth().eta_across(w.z)
     }
 
     /// Reflectance of the smooth boundary towards `w`.
@@ -102,12 +110,6 @@ impl Dielectric {
         Clear { fresnel, missing, crosses: between[side(w)].crosses }
     }
 
-    /// Whether every direction is sampled by a facet: smooth clear glass, the common case, has nothing else.
-    #[inline(always)]
-    fn has_facets_alone(&self) -> bool {
-        self.transmission == 1.0 && self.is_smooth()
-    }
-
     /// The ways of sampling from `w`; `fresnel` is what the smooth boundary reflects.
     #[inline(never)]
     fn ways(&self, surface: Transmitting, w: Vec3, fresnel: f32) -> Ways {
@@ -117,7 +119,7 @@ impl Dielectric {
     /// The probability of sampling a facet from `w`; `fresnel` is what the smooth boundary reflects.
     #[inline(always)]
     fn facet_probability(&self, surface: Transmitting, w: Vec3, fresnel: f32) -> f32 {
-        if self.has_facets_alone() { 1.0 } else { self.ways(surface, w, fresnel).facet_probability() }
+        if self.glass().is_some() { 1.0 } else { self.ways(surface, w, fresnel).facet_probability() }
     }
 
     /// What leaves the clear boundary after several facets, 1/sr, before the tint.
@@ -182,22 +184,20 @@ impl Dielectric {
         if !self.is_smooth() || k != u8::from(!same_side) {
             return Scatter::ZERO;
         }
+        if let Some(glass) = self.glass() {
+            return glass.between(to_camera.z, to_light.z);
+        }
         let surface = self.surface();
         let (cos_camera, cos_light) = (to_camera.z.abs(), to_light.z.abs());
         if same_side {
             let f = self.fresnel(to_camera);
             let p = self.facet_probability(surface, to_camera, f) * surface.reflection_probability(f, cos_camera);
-            Scatter::delta(Rgb::splat(surface.reflectance(f, cos_camera)), to_light, p, p, 1.0)
+            Scatter::delta(Rgb::splat(surface.reflectance(f, cos_camera)), to_light.z, p, p, 1.0)
         } else {
             let f = fresnel::dielectric_pair(cos_camera, cos_light, self.eta_across(to_camera));
-            // F from both cosines is the same at both ends to the last bit, and so are the probabilities of clear
-            // glass.
             let p = |w: Vec3| self.facet_probability(surface, w, f) * surface.transmission_probability(f, w.z.abs());
-            // Radiance scales with η² (Veach 5.2); so does dω cos, by the differential of Snell's law.
-            let eta = self.relative_ior(to_camera, to_light);
-            let value = surface.transmittance() * ((1.0 - f) / (eta * eta));
-            let jacobian = cos_camera / (eta * eta * cos_light);
-            Scatter::delta(value, to_light, p(to_camera), p(to_light), jacobian)
+            let p = [p(to_camera), p(to_light)];
+            self.smooth().refraction((surface.transmittance(), f), p, to_camera.z, to_light.z)
         }
     }
 
@@ -207,12 +207,12 @@ impl Dielectric {
         if known.z.abs() < GRAZING {
             return None;
         }
+        if let Some(glass) = self.glass() {
+            let (direction, refracts, scatter) = glass.sample(known, transport, u.z);
+            return BsdfSample::checked(direction, Lobe::Delta(refracts.into()), scatter, transport);
+        }
         let surface = self.surface();
-        let ways = if self.has_facets_alone() {
-            Ways { facets: 1.0, ..Ways::default() }
-        } else {
-            self.ways(surface, known, self.fresnel(known))
-        };
+        let ways = self.ways(surface, known, self.fresnel(known));
         let p = ways.facet_probability();
         let (direction, lobe) = if u.z >= p {
             (ways.sample(known, surface.alpha, u), Lobe::Continuous)
@@ -229,7 +229,7 @@ impl Dielectric {
             let reflects = u.z < p * surface.reflection_probability(f, cos);
             let direction = match (smooth, reflects) {
                 (true, true) => mirrored(known),
-                (true, false) => Vec3::new(-known.x / eta, -known.y / eta, -cos_t.copysign(known.z)),
+                (true, false) => fresnel::refracted(known, cos_t, eta),
                 (false, true) => fresnel::reflect(known, h, cos),
                 (false, false) => fresnel::refract(known, h, cos, cos_t, eta),
             };
@@ -280,7 +280,7 @@ impl Dielectric {
     /// See [`super::Bsdf::relative_ior`].
     #[inline]
     pub fn relative_ior(&self, to_camera: Vec3, to_light: Vec3) -> f32 {
-        if to_camera.z * to_light.z < 0.0 { self.eta(to_light) / self.eta(to_camera) } else { 1.0 }
+        self.smooth().relative_ior(to_camera.z, to_light.z)
     }
 }
 

@@ -4,20 +4,31 @@
 
 use glam::Vec3;
 
-use crate::math::Rgb;
+use crate::{
+    lanes::{Float, Lanes, Select, Vector},
+    math::Rgb,
+};
 
 /// The cosine of the refracted angle by Snell's law; 0 exactly under total internal reflection.
 ///
 /// Written as √(cos² + η² − 1)/η, which loses no digits where 1 − sin²/η² cancels (grazing incidence, η ≈ 1).
-#[inline]
-pub(super) fn refracted_cos(cos: f32, eta: f32) -> f32 {
-    (cos * cos + (eta - 1.0) * (eta + 1.0)).max(0.0).sqrt() / eta
+#[inline(always)]
+pub(super) fn refracted_cos<F: Float>(cos: F, eta: F) -> F {
+    let (zero, one) = (cos.lanes().splat(0.0), cos.lanes().splat(1.0));
+    (cos * cos + (eta - one) * (eta + one)).max(zero).sqrt() / eta
 }
 
 /// The unit direction into which `w` refracts at the normal `n` on its side, given both cosines (`refracted_cos`).
 #[inline]
 pub(super) fn refract(w: Vec3, n: Vec3, cos: f32, cos_t: f32, eta: f32) -> Vec3 {
     (n * (cos / eta - cos_t) - w / eta).normalize()
+}
+
+/// The same at a smooth surface, whose normal is the third axis.
+#[inline(always)]
+pub(super) fn refracted<V: Vector>(w: V, cos_t: V::F, eta: V::F) -> V {
+    let [x, y, z] = w.coordinates();
+    V::new(-x / eta, -y / eta, -cos_t.copysign(z))
 }
 
 /// `w` mirrored at the unit normal `n`.
@@ -30,19 +41,17 @@ pub(super) fn reflect(w: Vec3, n: Vec3, cos: f32) -> Vec3 {
 ///
 /// Given both, F is symmetric in its two sides to the last bit of `cos` and well conditioned up to the critical angle,
 /// where recomputing one cosine from the other is not.
-#[inline]
-pub(super) fn dielectric_pair(cos: f32, cos_t: f32, eta: f32) -> f32 {
-    if cos == 0.0 || cos_t == 0.0 {
-        return 1.0;
-    }
+#[inline(always)]
+pub(super) fn dielectric_pair<F: Float>(cos: F, cos_t: F, eta: F) -> F {
+    let (zero, one) = (cos.lanes().splat(0.0), cos.lanes().splat(1.0));
     let s = (cos - eta * cos_t) / (cos + eta * cos_t);
     let p = (eta * cos - cos_t) / (eta * cos + cos_t);
-    0.5 * (s * s + p * p)
+    (cos.eq(zero) | cos_t.eq(zero)).select(one, (s * s + p * p) * 0.5)
 }
 
 /// Unpolarised reflectance of a dielectric boundary (Fresnel's equations); 1 under total internal reflection.
-#[inline]
-pub(super) fn dielectric(cos: f32, eta: f32) -> f32 {
+#[inline(always)]
+pub(super) fn dielectric<F: Float>(cos: F, eta: F) -> F {
     dielectric_pair(cos, refracted_cos(cos, eta), eta)
 }
 
@@ -55,17 +64,18 @@ pub(super) fn mean_dielectric(eta: f32) -> f32 {
 }
 
 /// (1 − cos)⁵: how far Schlick's approximation has gone from F(0°) to F(90°).
-#[inline]
-pub(super) fn schlick_power(cos: f32) -> f32 {
-    let x = (1.0 - cos).max(0.0);
+#[inline(always)]
+pub(super) fn schlick_power<F: Float>(cos: F) -> F {
+    let (zero, one) = (cos.lanes().splat(0.0), cos.lanes().splat(1.0));
+    let x = (one - cos).max(zero);
     let x2 = x * x;
     x2 * x2 * x
 }
 
 /// Schlick's approximation (1994) between `f0` at normal and `f90` at grazing incidence, by its [`schlick_power`].
-#[inline]
-pub(super) fn schlick(f0: Rgb, f90: Rgb, power: f32) -> Rgb {
-    f0 + (f90 - f0) * power
+#[inline(always)]
+pub(super) fn schlick<V: Vector>(f0: Rgb<V>, f90: Rgb<V>, power: V::F) -> Rgb<V> {
+    f0 + (f90 - f0).times(power)
 }
 
 #[cfg(test)]

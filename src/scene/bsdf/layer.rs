@@ -6,6 +6,7 @@ use glam::{Vec2, Vec3};
 
 use super::{Scatter, albedo::Split, cosine_on_side, microfacet::SMOOTH_ALPHA};
 use crate::{
+    lanes::{Float, Lanes, Select},
     math::Rgb,
     sampling::{PdfSolidAngle, warp},
 };
@@ -175,7 +176,8 @@ impl Grazing {
 }
 
 /// a/(a + b) for weights that are not negative; 0 if both are.
-#[inline]
-pub(super) fn ratio(a: f32, b: f32) -> f32 {
-    if a > 0.0 { a / (a + b) } else { 0.0 }
+#[inline(always)]
+pub(super) fn ratio<F: Float>(a: F, b: F) -> F {
+    let zero = a.lanes().splat(0.0);
+    zero.lt(a).select(a / (a + b), zero)
 }

@@ -3,7 +3,7 @@
 use glam::Vec3;
 
 use super::{
-    BsdfSample, GRAZING, Lobe, Scatter, ScatterEvent, Transport,
+    BsdfSample, GRAZING, Lobe, Mirror, Scatter, ScatterEvent, Transport,
     albedo::Split,
     fresnel,
     layer::{Coat, Grazing, MEAN_SCHLICK_WEIGHT, Ways, mean_reflectance, multiple, product_lobe, smooth_lobe},
@@ -110,10 +110,16 @@ impl MetallicRoughness {
     /// The ways of sampling from `w`. A mirror has facets alone.
     #[inline]
     fn ways(&self, w: Vec3) -> Ways {
-        if self.is_smooth() && self.metallic == 1.0 {
+        if self.mirror().is_some() {
             return Ways { facets: 1.0, ..Ways::default() };
         }
         self.end(w, &self.hemisphere()).ways
+    }
+
+    /// The mirror, if there is nothing else.
+    #[inline]
+    pub(super) fn mirror(&self) -> Option<Mirror> {
+        (self.is_smooth() && self.metallic == 1.0).then_some(Mirror { color: self.base_color })
     }
 
     #[inline]
@@ -163,10 +169,13 @@ impl MetallicRoughness {
                 Scatter::sum(diffuse, specular)
             }
             Lobe::Delta(0) if self.is_smooth() => {
+                if let Some(mirror) = self.mirror() {
+                    return mirror.between(to_camera.z, to_light.z);
+                }
                 let reflectance = self.reflectance(fresnel::schlick_power(to_camera.z.abs()));
                 // Mirrored directions have the same cosine.
                 let p = self.ways(to_camera).facet_probability();
-                Scatter::delta(reflectance, to_light, p, p, 1.0)
+                Scatter::delta(reflectance, to_light.z, p, p, 1.0)
             }
             Lobe::Delta(_) => Scatter::ZERO,
         }
@@ -177,6 +186,10 @@ impl MetallicRoughness {
     pub fn sample(&self, known: Vec3, transport: Transport, u: Vec3) -> Option<BsdfSample> {
         if known.z.abs() < GRAZING {
             return None;
+        }
+        if let Some(mirror) = self.mirror() {
+            let (direction, scatter) = mirror.sample(known, transport);
+            return BsdfSample::checked(direction, Lobe::Delta(0), scatter, transport);
         }
         let ways = self.ways(known);
         let (direction, lobe) = if u.z >= ways.facet_probability() {

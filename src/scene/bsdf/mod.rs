@@ -10,9 +10,12 @@ mod dielectric;
 mod diffuse;
 mod directions;
 mod fresnel;
+mod glass;
 mod layer;
 mod metallic_roughness;
 mod microfacet;
+mod mirror;
+mod pane;
 #[cfg(test)]
 mod tests;
 mod thin;
@@ -26,11 +29,14 @@ use crate::{
     sampling::{PdfSolidAngle, warp},
 };
 
-pub use bsdfs::Bsdfs;
+pub use bsdfs::{Bsdfs, InLanes, Kind};
 pub use dielectric::Dielectric;
 pub use diffuse::Diffuse;
 pub use directions::Directions;
+pub use glass::Glass;
 pub use metallic_roughness::MetallicRoughness;
+pub use mirror::Mirror;
+pub use pane::Pane;
 pub use thin::ThinDielectric;
 
 /// Which side a walk comes from, known to sampling only.
@@ -73,6 +79,36 @@ impl<L: Lanes> Scatter<L> {
             to_light: PdfSolidAngle(which.select(self.to_light.0, zero)),
             to_camera: PdfSolidAngle(which.select(self.to_camera.0, zero)),
         }
+    }
+
+    /// `yes` where the condition holds, `no` elsewhere.
+    #[inline(always)]
+    fn select(which: L::M, yes: Self, no: Self) -> Self {
+        Self {
+            f: Rgb::select(which, yes.f, no.f),
+            to_light: PdfSolidAngle(which.select(yes.to_light.0, no.to_light.0)),
+            to_camera: PdfSolidAngle(which.select(yes.to_camera.0, no.to_camera.0)),
+        }
+    }
+
+    /// Where a sample of this value stands for something: unless no light passes or the direction has no density
+    /// (rounding at the edge of a lobe).
+    #[inline(always)]
+    pub fn is_sampled(&self, transport: Transport) -> L::M {
+        let (forward, _) = self.forward_reverse(transport);
+        !self.f.is_black() & forward.0.lanes().splat(0.0).lt(forward.0)
+    }
+
+    /// The coefficients of a delta that passes the radiance `value`, is chosen with the given probability from either
+    /// end, and has |dω_light/dω_camera| = `jacobian`.
+    #[inline(always)]
+    fn delta(value: Rgb<L::V>, cos_light: L::F, p_camera: L::F, p_light: L::F, jacobian: L::F) -> Self {
+        let scatter = Self {
+            f: Rgb::of(value.channels() / cos_light.abs()),
+            to_light: PdfSolidAngle(p_camera),
+            to_camera: PdfSolidAngle(p_light * jacobian),
+        };
+        scatter.only(!is_grazing(cos_light))
     }
 }
 
@@ -123,20 +159,6 @@ impl Scatter {
     /// No light passes, and neither direction is ever sampled from the other.
     pub const ZERO: Self = Self { f: Rgb::ZERO, to_light: PdfSolidAngle::ZERO, to_camera: PdfSolidAngle::ZERO };
 
-    /// The coefficients of a delta that passes the radiance `value`, is chosen with the given probability from either
-    /// end, and has |dω_light/dω_camera| = `jacobian`.
-    #[inline]
-    fn delta(value: Rgb, to_light: Vec3, p_camera: f32, p_light: f32, jacobian: f32) -> Self {
-        if to_light.z.abs() < GRAZING {
-            return Self::ZERO;
-        }
-        Self {
-            f: value / to_light.z.abs(),
-            to_light: PdfSolidAngle(p_camera),
-            to_camera: PdfSolidAngle(p_light * jacobian),
-        }
-    }
-
     /// Two lobes together; each density already includes the probability of its lobe.
     ///
     /// Where neither passes any light a sample comes to nothing (`None`), so the density of its direction is zero too.
@@ -174,11 +196,10 @@ pub struct BsdfSample {
 }
 
 impl BsdfSample {
-    /// The sample, unless no light passes or the direction has no density (rounding at the edge of a lobe).
+    /// The sample, if it is one: see [`Scatter::is_sampled`].
     #[inline(always)]
     fn checked(direction: Vec3, lobe: Lobe, scatter: Scatter, transport: Transport) -> Option<Self> {
-        let valid = scatter.f != Rgb::ZERO && scatter.forward_reverse(transport).0 > PdfSolidAngle::ZERO;
-        valid.then_some(Self { direction, lobe, scatter })
+        scatter.is_sampled(transport).then_some(Self { direction, lobe, scatter })
     }
 }
 
@@ -186,10 +207,17 @@ impl BsdfSample {
 /// microfacet lobes, whose value divides by the cosine, do not scatter them.
 const GRAZING: f32 = 1e-6;
 
+/// Where a direction with this cosine is in the surface's plane: see [`GRAZING`].
+#[inline(always)]
+fn is_grazing<F: Float>(cos: F) -> <F::Lanes as Lanes>::M {
+    cos.abs().lt(cos.lanes().splat(GRAZING))
+}
+
 /// The mirror direction of `w` at the surface.
-#[inline]
-fn mirrored(w: Vec3) -> Vec3 {
-    Vec3::new(-w.x, -w.y, w.z)
+#[inline(always)]
+fn mirrored<V: Vector>(w: V) -> V {
+    let [x, y, z] = w.coordinates();
+    V::new(-x, -y, z)
 }
 
 /// A cosine-distributed direction on the side of `known`.

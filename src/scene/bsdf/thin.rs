@@ -3,12 +3,13 @@
 use glam::Vec3;
 
 use super::{
-    BsdfSample, GRAZING, Lobe, Scatter, ScatterEvent, Transport,
+    BsdfSample, GRAZING, Lobe, Pane, Scatter, ScatterEvent, Transport,
     albedo::Split,
     fresnel,
     layer::{Coat, multiple, product_lobe},
     microfacet::{Ggx, SMOOTH_ALPHA},
     mirrored,
+    pane::through,
     transmitting::{Clear, End, Transmitting},
 };
 use crate::math::Rgb;
@@ -40,6 +41,12 @@ impl ThinDielectric {
             coat: Coat::of_ior(self.ior, self.ior == 1.0),
             alpha: if self.is_smooth() { 0.0 } else { self.alpha },
         }
+    }
+
+    /// The sheet, if there is nothing else: smooth and clear.
+    #[inline(always)]
+    pub(super) fn pane(&self) -> Option<Pane> {
+        (self.transmission == 1.0 && self.is_smooth()).then_some(Pane { color: self.color, ior: self.ior })
     }
 
     /// The mean split of what facets reflect that reflect everything; nothing is missing where there is no rough clear
@@ -112,6 +119,9 @@ impl ThinDielectric {
         if !self.is_smooth() || k != u8::from(!same_side) {
             return Scatter::ZERO;
         }
+        if let Some(pane) = self.pane() {
+            return pane.between(to_camera.z, to_light.z);
+        }
         let surface = self.surface();
         let cos = to_camera.z.abs();
         let f = fresnel::dielectric(cos, self.ior);
@@ -121,7 +131,7 @@ impl ThinDielectric {
             (surface.transmittance() * (1.0 - f), surface.transmission_probability(f, cos))
         };
         let p = self.end(to_camera).ways.facet_probability() * q;
-        Scatter::delta(value, to_light, p, p, 1.0)
+        Scatter::delta(value, to_light.z, p, p, 1.0)
     }
 
     /// See [`super::Bsdf::sample`].
@@ -129,6 +139,10 @@ impl ThinDielectric {
     pub fn sample(&self, known: Vec3, transport: Transport, u: Vec3) -> Option<BsdfSample> {
         if known.z.abs() < GRAZING {
             return None;
+        }
+        if let Some(pane) = self.pane() {
+            let (direction, passes, scatter) = pane.sample(known, transport, u.z);
+            return BsdfSample::checked(direction, Lobe::Delta(passes.into()), scatter, transport);
         }
         let surface = self.surface();
         let end = self.end(known);
@@ -186,10 +200,4 @@ impl ThinDielectric {
         let (diffuse, specular) = self.lobes(to_camera, to_light);
         ScatterEvent::dominant(&diffuse, &specular)
     }
-}
-
-/// The direction mirrored through the surface.
-#[inline]
-fn through(w: Vec3) -> Vec3 {
-    Vec3::new(w.x, w.y, -w.z)
 }

@@ -244,6 +244,11 @@ impl Media {
         !(self.meet || self.absorb_locally) && self.boundary(material) == Boundary::Nothing
     }
 
+    /// Whether surfaces of bodies may coincide with others.
+    pub fn meet(&self) -> bool {
+        self.meet
+    }
+
     /// Whether any volume absorbs.
     #[inline(always)]
     pub fn absorb(&self) -> bool {

@@ -10,6 +10,7 @@ use crate::scene::{
     bsdf::Bsdf,
     geometry::{PrimitiveId, Ray},
     light::Emission,
+    material::MaterialId,
     point::Point,
 };
 
@@ -71,43 +72,57 @@ impl Inside {
     /// The walk arrives at `point` in the unit direction `w`: finds the media on both sides, and settles how it
     /// scatters there. Returns the medium that the walk has come through.
     pub fn arrive(&mut self, scene: &Scene, media: &Media, point: &mut Point, w: Vec3) -> MediumId {
-        let toward = point.normal.dot(w);
-        let leaves = toward > 0.0;
+        let leaves = point.normal.dot(w) > 0.0;
         let boundary = media.boundary(point.material);
+        let near = self.come_near(boundary, leaves);
+        let transmits = matches!(point.bsdf, Bsdf::Dielectric(_) | Bsdf::Thin(_));
+        let far = if media.meet && (transmits || matches!(boundary, Boundary::Body(_))) {
+            self.beyond = Beyond::Other;
+            self.other = self.within;
+            self.cross(scene, media, point, w, leaves);
+            self.other.medium()
+        } else {
+            self.look_beyond(boundary, leaves)
+        };
+        point.media = if leaves { [far, near] } else { [near, far] };
+        media.settle(&mut point.bsdf, point.material, point.media);
+        near
+    }
+
+    /// The same at a surface with which no other coincides: see [`Media::meet`]. The walk `leaves` what lies behind the
+    /// surface, or enters it.
+    #[inline(never)]
+    pub fn arrive_alone(&mut self, media: &Media, bsdf: &mut Bsdf, material: MaterialId, leaves: bool) {
+        let boundary = media.boundary(material);
+        let near = self.come_near(boundary, leaves);
+        let far = self.look_beyond(boundary, leaves);
+        media.settle(bsdf, material, if leaves { [far, near] } else { [near, far] });
+    }
+
+    /// The medium through which the walk has come to a surface.
+    #[inline(always)]
+    fn come_near(&mut self, boundary: Boundary, leaves: bool) -> MediumId {
         if let Boundary::Body(body) = boundary
             && leaves
         {
             // Whoever sees a boundary from behind is in its body, also if a ray has slipped past an edge on its way in.
             self.within.set(body, self.within.counts[body.bit()].max(1));
         }
-        let near = self.within.medium();
-        let far = self.look_beyond(scene, media, point, w, boundary);
-        point.media = if toward > 0.0 { [far, near] } else { [near, far] };
-        media.settle(&mut point.bsdf, point.material, point.media);
-        near
+        self.within.medium()
     }
 
-    /// Finds what lies beyond the surface at `point`, and the medium there.
+    /// Finds what lies beyond a surface, if nothing else does, and the medium there.
     #[inline(always)]
-    fn look_beyond(&mut self, scene: &Scene, media: &Media, point: &Point, w: Vec3, boundary: Boundary) -> MediumId {
-        let toward = point.normal.dot(w);
-        let leaves = toward > 0.0;
-        let transmits = || matches!(point.bsdf, Bsdf::Dielectric(_) | Bsdf::Thin(_));
+    fn look_beyond(&mut self, boundary: Boundary, leaves: bool) -> MediumId {
         match boundary {
-            Boundary::Body(body) if !media.meet => {
+            Boundary::Body(body) => {
                 let change = if leaves { -1 } else { 1 };
                 self.beyond = Beyond::Changed(body, change);
                 self.within.medium_after(body, change)
             }
-            Boundary::Nothing | Boundary::Local if !(media.meet && transmits()) => {
+            Boundary::Nothing | Boundary::Local => {
                 self.beyond = Beyond::Same;
                 self.within.medium()
-            }
-            _ => {
-                self.beyond = Beyond::Other;
-                self.other = self.within;
-                self.cross(scene, media, point, w, leaves);
-                self.other.medium()
             }
         }
     }

@@ -1,0 +1,204 @@
+//! What walks of a wave do where they come to: kind by kind of what is there.
+
+use super::{
+    Queues, Stage, Wave, WaveSink,
+    bodies::come_to_bodies,
+    count,
+    leave::Leave,
+    queue::{CONNECTS, HITTABLE, SPLATS, Walk, Walks, has},
+    store::LightEnd,
+};
+use crate::{
+    integrator::Integrator,
+    lanes::{Lanes, Mask},
+    path::Step,
+    scene::{
+        bsdf::{Bsdfs, Kind, Transport},
+        geometry::Hits,
+        point::{Place, Point},
+    },
+};
+
+/// What is done at a time of the lanes of a group.
+#[derive(Clone, Copy)]
+enum Group {
+    /// Plain points of one kind.
+    Plain(Kind),
+    /// All other surfaces.
+    Others,
+    /// What has left the scene.
+    Sky,
+}
+
+impl Group {
+    const ALL: [Self; 6] = {
+        let [a, b, c, d] = Kind::ALL;
+        [Self::Plain(a), Self::Plain(b), Self::Plain(c), Self::Plain(d), Self::Others, Self::Sky]
+    };
+}
+
+/// Whether walks that leave the scene come to a sky.
+#[inline(always)]
+fn sees_sky<L: Lanes>(stage: Stage<'_, L>) -> bool {
+    stage.transport == Transport::Radiance && stage.scene.lights().has_environment()
+}
+
+impl Integrator {
+    /// What happens at the vertices to which the rays of some walks have come.
+    #[inline(always)]
+    pub(super) fn arrive<L: Lanes>(
+        &self,
+        stage: Stage<'_, L>,
+        these: std::ops::Range<usize>,
+        wave: &mut Wave,
+        sink: &mut impl WaveSink,
+    ) {
+        let Stage { lanes, scene, .. } = stage;
+        let Wave { walks, hits, queues, .. } = wave;
+        for i in these.clone().step_by(L::N) {
+            let walk = walks.get(lanes, i);
+            let all = lanes.first(these.end - i);
+            let mut met = hits.any(lanes, i) & all;
+            let (in_world, index, b) = hits.places(lanes, i);
+            let mut plain = scene.plain_points(lanes, met & in_world, index, b);
+            plain.which = plain.which & self.is_met_first(stage, walks, hits, i, plain.which);
+            // One call for all: each would be a copy of what it does.
+            for group in Group::ALL {
+                let other;
+                let (which, point) = match group {
+                    Group::Plain(kind) => {
+                        let which = plain.of_kind(kind);
+                        if !which.any() {
+                            continue;
+                        }
+                        plain.turn_to(kind);
+                        if kind.transmits() {
+                            plain.point.bsdf = come_to_bodies(stage, &walk, which, &plain.point, &mut queues.inside);
+                        }
+                        (which, &plain.point)
+                    }
+                    Group::Others => {
+                        let others = met & !plain.which;
+                        if !others.any() {
+                            continue;
+                        }
+                        let which = lanes.mask(walks.arrive_each(
+                            scene,
+                            i,
+                            others,
+                            hits,
+                            &mut queues.inside,
+                            &mut queues.points.0,
+                        ));
+                        met = plain.which | which;
+                        other = Point::of_each(lanes, which, Place::Surface, |k| &queues.points.0[k]);
+                        (which, &other)
+                    }
+                    Group::Sky => {
+                        let which = all & !met;
+                        if !sees_sky(stage) || !which.any() {
+                            continue;
+                        }
+                        walks.leave_each(scene, i, which, &mut queues.points.0);
+                        other = Point::of_each(lanes, which, Place::Infinite, |k| &queues.points.0[k]);
+                        (which, &other)
+                    }
+                };
+                if which.any() {
+                    self.arrive_at(stage, &walk, (which, point), queues, sink);
+                }
+            }
+        }
+    }
+
+    /// Where walks come to what is met first, of those in the lanes `plain` whose rays begin at the `at`-th.
+    #[inline(always)]
+    fn is_met_first<L: Lanes>(
+        &self,
+        Stage { lanes, scene, .. }: Stage<'_, L>,
+        walks: &Walks,
+        hits: &Hits,
+        at: usize,
+        plain: L::M,
+    ) -> L::M {
+        let mut these = lanes.first(L::N);
+        if scene.geometry().has_coincident() {
+            let mut first = 0;
+            for k in plain.lanes() {
+                let (ray, left) = (walks.ray(at + k), walks.left(at + k));
+                let is_first = |hit| scene.geometry().is_met_first(&ray, left, &hit);
+                first |= u32::from(hits.get(at + k).is_some_and(is_first)) << k;
+            }
+            these = these & lanes.mask(first);
+        }
+        these
+    }
+
+    /// The same for the lanes `which` of a group.
+    #[inline(always)]
+    fn arrive_at<L: Lanes>(
+        &self,
+        stage: Stage<'_, L>,
+        walk: &Walk<L>,
+        (which, point): (L::M, &Point<L, Bsdfs<L>>),
+        queues: &mut Queues,
+        sink: &mut impl WaveSink,
+    ) {
+        // Lights are of all kinds; all that comes after them lies on surfaces.
+        let first = stage.transport == Transport::Importance && stage.vertices == 2;
+        for place in [Place::Surface, Place::Degenerate, Place::Infinite] {
+            let which = if first { which & walk.leaves(place) } else { which };
+            if (first || place == Place::Surface) && which.any() {
+                self.arrive_from(stage, *walk, (place, which, point), queues, sink);
+            }
+        }
+    }
+
+    /// The same for lanes that come from such a `place`.
+    #[inline(always)]
+    fn arrive_from<L: Lanes>(
+        &self,
+        stage: Stage<'_, L>,
+        mut walk: Walk<L>,
+        (place, which, point): (Place, L::M, &Point<L, Bsdfs<L>>),
+        queues: &mut Queues,
+        sink: &mut impl WaveSink,
+    ) {
+        let Stage { lanes, vertices, transport, light_vertices, .. } = stage;
+        let from = walk.from(place);
+        let here = Step::arriving(&walk.departure, &from, *point, lanes.splat(1.0));
+        sink.walked(transport, count(which));
+        match transport {
+            Transport::Radiance => {
+                self.hit(stage, &walk, &from, &here, which, sink);
+                if point.place == Place::Infinite {
+                    return;
+                }
+                self.connect(stage, &walk, &here, which, queues, sink);
+            }
+            Transport::Importance => {
+                if vertices == 2 {
+                    walk.next_event_ratio = self.next_event_ratio(stage, &walk, (place, which), &here, &queues.lights);
+                }
+                let which = which & here.vertex.point.bsdf.has_continuous(lanes);
+                let end = LightEnd {
+                    step: here,
+                    tail: walk.tail(&here),
+                    is_hittable: has(walk.flags, HITTABLE),
+                    next_event_ratio: walk.next_event_ratio,
+                };
+                self.splat(stage, &end, which & has(walk.flags, SPLATS), &mut queues.connections, sink);
+                let kept = which & has(walk.flags, CONNECTS);
+                if vertices <= light_vertices.connected && kept.any() {
+                    queues.light_vertices.put(vertices, &end, walk.number, kept);
+                }
+            }
+        }
+        let goes_on = which & stage.has_next(walk.flags);
+        if goes_on.any() {
+            let Queues { next, inside, .. } = queues;
+            let (walk, here) = (&walk, &here);
+            lanes.call(Leave { integrator: self, stage, walk, here, which: goes_on, next, inside, sink });
+        }
+    }
+}

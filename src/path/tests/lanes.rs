@@ -1,0 +1,116 @@
+//! Surfaces in lanes against each of them alone: the same bits.
+
+use glam::{Quat, Vec3};
+
+use super::super::scattering::Surfaces;
+use crate::{
+    lanes::{Arrays, Lanes, Vector},
+    math::Rgb,
+    sampling::{Independent, Sampler, Stream, warp},
+    scene::{
+        bsdf::{
+            Bsdf, Bsdfs, Dielectric, Diffuse, Directions, Lobe, MetallicRoughness, Scatter, ThinDielectric, Transport,
+        },
+        point::{Place, Point},
+    },
+};
+
+const N: usize = 16;
+type InLanes = Arrays<N>;
+
+/// As many of one kind as there are lanes, but of the last, which is any.
+fn bsdfs(kind: usize) -> [Bsdf; N] {
+    std::array::from_fn(|k| {
+        let color = [Rgb::ONE, Rgb::new(0.9, 0.5, 0.0), Rgb::ZERO, Rgb::splat(0.4)][k % 4];
+        let ior = [1.5, 0.7, 1.000_05, 1.0, 2.4][k % 5];
+        match if kind == 4 { k % 6 } else { kind } {
+            0 => Bsdf::Diffuse(Diffuse { albedo: color }),
+            1 => Bsdf::Dielectric(Dielectric { color, ior, alpha: 0.0, transmission: 1.0 }),
+            2 => Bsdf::Thin(ThinDielectric { color, ior, alpha: 0.0, transmission: 1.0 }),
+            3 => Bsdf::MetallicRoughness(MetallicRoughness::metal(color, 0.0)),
+            4 => Bsdf::Dielectric(Dielectric { color, ior, alpha: 0.3, transmission: 0.5 }),
+            _ => Bsdf::MetallicRoughness(MetallicRoughness::new(color, 0.5, 0.0)),
+        }
+    })
+}
+
+fn bits(s: Scatter) -> [u32; 5] {
+    let [r, g, b] = s.f.to_array();
+    [r, g, b, s.to_light.0, s.to_camera.0].map(f32::to_bits)
+}
+
+/// What one lane has.
+fn of_lane(s: &Scatter<InLanes>, k: usize) -> [u32; 5] {
+    let [r, g, b] = s.f.channels().all()[k];
+    [r, g, b, crate::lanes::Float::all(s.to_light.0)[k], crate::lanes::Float::all(s.to_camera.0)[k]].map(f32::to_bits)
+}
+
+fn vectors(of: &[Vec3; N]) -> <InLanes as Lanes>::V {
+    Arrays.vectors(|k| of[k].to_array())
+}
+
+/// Points whose N_s is tilted by up to so many degrees, and N_g itself in every third.
+fn points(bsdfs: &[Bsdf; N], degrees: f32, random: &mut Independent) -> [Point; N] {
+    std::array::from_fn(|k| {
+        let (normal, axis) = (warp::sphere(random.next_2d()), warp::sphere(random.next_2d()));
+        let axis = normal.cross(axis).normalize();
+        let tilted = (Quat::from_axis_angle(axis, (degrees * random.next_1d()).to_radians()) * normal).normalize();
+        let shading_normal = if k % 3 == 0 { normal } else { tilted };
+        Point { normal, shading_normal, bsdf: bsdfs[k], place: Place::Surface, ..Point::nowhere(Vec3::ZERO) }
+    })
+}
+
+/// Any direction, and some within the plane of either normal or near it.
+fn known(points: &[Point; N], random: &mut Independent) -> [Vec3; N] {
+    std::array::from_fn(|k| {
+        let w = warp::sphere(random.next_2d());
+        let n = if k % 2 == 0 { points[k].normal } else { points[k].shading_normal };
+        match (random.next_1d() * 6.0) as u32 {
+            0 => (w - n * n.dot(w)).normalize(),
+            1 => (w - n * n.dot(w) + n * 0.01).normalize(),
+            2 => n,
+            _ => w,
+        }
+    })
+}
+
+#[test]
+fn a_point_in_each_lane_scatters_as_it_does_alone() {
+    let mut random = Independent::new(8, 0, 0, Stream::Camera);
+    let (mut some, mut lost) = (0, 0);
+    for round in 0..2000 {
+        let (kind, degrees) = (round % 5, [0.0, 6.0, 25.0, 80.0][round / 5 % 4]);
+        let alone = points(&bsdfs(kind), degrees, &mut random);
+        let together = Point::of_each(Arrays, Arrays::<N>.first(N), Place::Surface, |k| &alone[k]);
+        assert_eq!(matches!(together.bsdf, Bsdfs::Each(..)), kind == 4);
+        let known = known(&alone, &mut random);
+        let u: [Vec3; N] = std::array::from_fn(|_| random.next_3d());
+        let transport = [Transport::Radiance, Transport::Importance][round / 20 % 2];
+        let directions = Directions::ALL[round / 40 % 2];
+        let [x, y, z] = vectors(&u).coordinates();
+        let all = Bsdfs::sample_at(&together, directions, vectors(&known), transport, [x, y, z]);
+        let (to_camera, to_light) = transport.sides(vectors(&known), all.direction);
+        let scatter = Bsdfs::scatter_at(&together, Lobe::Continuous, to_camera, to_light);
+        let deltas = [0, 1].map(|i| Bsdfs::scatter_at(&together, Lobe::Delta(i), to_camera, to_light));
+        let eta = Bsdfs::relative_ior_at(&together, to_camera, to_light);
+        for k in 0..N {
+            let (p, case) = (&alone[k], format!("{:?} at {degrees}°, {transport:?} from {}", alone[k], known[k]));
+            let one = Bsdf::sample_at(p, directions, known[k], transport, u[k].into());
+            assert_eq!((all.some.0[k], all.lost_to_sides.0[k]), (one.some, one.lost_to_sides), "{case}");
+            lost += u32::from(one.lost_to_sides);
+            if !one.some {
+                continue;
+            }
+            some += 1;
+            assert_eq!(Vec3::from(all.direction.all()[k]), one.direction, "{case}");
+            assert_eq!((all.lobe[k], all.is_delta.0[k]), (one.lobe, one.is_delta), "{case}");
+            assert_eq!(of_lane(&all.scatter, k), bits(one.scatter), "{case}");
+            let (to_camera, to_light) = transport.sides(known[k], one.direction);
+            let alone = |lobe| bits(Bsdf::scatter_at(p, lobe, to_camera, to_light));
+            assert_eq!(of_lane(&scatter, k), alone(Lobe::Continuous), "{case}");
+            assert_eq!(deltas.map(|s| of_lane(&s, k)), [0, 1].map(|i| alone(Lobe::Delta(i))), "{case}");
+            assert_eq!(crate::lanes::Float::all(eta)[k], Bsdf::relative_ior_at(p, to_camera, to_light), "{case}");
+        }
+    }
+    assert!(some > 10_000 && lost > 0, "{some} samples, {lost} lost");
+}
