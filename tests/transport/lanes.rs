@@ -105,7 +105,7 @@ fn octahedron(g: &mut Geometry, center: Vec3, radius: f32, material: u32) {
     let positions = normals.map(|n| center + n * radius);
     let face = |i: u32| {
         let [x, y, z] = [i & 1, 2 + (i >> 1 & 1), 4 + (i >> 2)];
-        if i.count_ones() % 2 == 0 { [x, y, z] } else { [x, z, y] }
+        if i.count_ones().is_multiple_of(2) { [x, y, z] } else { [x, z, y] }
     };
     let faces: Vec<_> = (0..8).map(face).collect();
     g.add_triangles(&positions, Some(&normals), &faces, MaterialId(material));
