@@ -10,7 +10,7 @@ use super::{
 };
 use crate::{
     integrator::Integrator,
-    lanes::{Lanes, Mask},
+    lanes::{Lanes, Mask, Work},
     path::Step,
     scene::{
         bsdf::{Bsdfs, Kind, Transport},
@@ -82,14 +82,8 @@ impl Integrator {
                         if !others.any() {
                             continue;
                         }
-                        let which = lanes.mask(walks.arrive_each(
-                            scene,
-                            i,
-                            others,
-                            hits,
-                            &mut queues.inside,
-                            &mut queues.points.0,
-                        ));
+                        let Queues { inside, points, .. } = &mut *queues;
+                        let which = lanes.mask(walks.arrive_each(scene, i, others, hits, inside, &mut points.0));
                         met = plain.which | which;
                         other = Point::of_each(lanes, which, Place::Surface, |k| &queues.points.0[k]);
                         (which, &other)
@@ -149,36 +143,57 @@ impl Integrator {
         for place in [Place::Surface, Place::Degenerate, Place::Infinite] {
             let which = if first { which & walk.leaves(place) } else { which };
             if (first || place == Place::Surface) && which.any() {
-                self.arrive_from(stage, *walk, (place, which, point), queues, sink);
+                let integrator = self;
+                stage.lanes.call(Arrive {
+                    integrator,
+                    stage,
+                    walk,
+                    place,
+                    which,
+                    point,
+                    queues: &mut *queues,
+                    sink: &mut *sink,
+                });
             }
         }
     }
+}
 
-    /// The same for lanes that come from such a `place`.
+/// What the walks of the lanes `which` do at `point`, to which all come from such a `place`.
+struct Arrive<'a, L: Lanes, S> {
+    integrator: &'a Integrator,
+    stage: Stage<'a, L>,
+    walk: &'a Walk<L>,
+    place: Place,
+    which: L::M,
+    point: &'a Point<L, Bsdfs<L>>,
+    queues: &'a mut Queues,
+    sink: &'a mut S,
+}
+
+impl<L: Lanes, S: WaveSink> Work for Arrive<'_, L, S> {
+    type Output = ();
+
     #[inline(always)]
-    fn arrive_from<L: Lanes>(
-        &self,
-        stage: Stage<'_, L>,
-        mut walk: Walk<L>,
-        (place, which, point): (Place, L::M, &Point<L, Bsdfs<L>>),
-        queues: &mut Queues,
-        sink: &mut impl WaveSink,
-    ) {
+    fn work(self) {
+        let Self { integrator, stage, walk, place, which, point, queues, sink } = self;
         let Stage { lanes, vertices, transport, light_vertices, .. } = stage;
+        let mut walk = *walk;
         let from = walk.from(place);
         let here = Step::arriving(&walk.departure, &from, *point, lanes.splat(1.0));
         sink.walked(transport, count(which));
         match transport {
             Transport::Radiance => {
-                self.hit(stage, &walk, &from, &here, which, sink);
+                integrator.hit(stage, &walk, &from, &here, which, sink);
                 if point.place == Place::Infinite {
                     return;
                 }
-                self.connect(stage, &walk, &here, which, queues, sink);
+                integrator.connect(stage, &walk, &here, which, queues, sink);
             }
             Transport::Importance => {
                 if vertices == 2 {
-                    walk.next_event_ratio = self.next_event_ratio(stage, &walk, (place, which), &here, &queues.lights);
+                    walk.next_event_ratio =
+                        integrator.next_event_ratio(stage, &walk, (place, which), &here, &queues.lights);
                 }
                 let which = which & here.vertex.point.bsdf.has_continuous(lanes);
                 let end = LightEnd {
@@ -187,7 +202,7 @@ impl Integrator {
                     is_hittable: has(walk.flags, HITTABLE),
                     next_event_ratio: walk.next_event_ratio,
                 };
-                self.splat(stage, &end, which & has(walk.flags, SPLATS), &mut queues.connections, sink);
+                integrator.splat(stage, &end, which & has(walk.flags, SPLATS), &mut queues.connections, sink);
                 let kept = which & has(walk.flags, CONNECTS);
                 if vertices <= light_vertices.connected && kept.any() {
                     queues.light_vertices.put(vertices, &end, walk.number, kept);
@@ -198,7 +213,7 @@ impl Integrator {
         if goes_on.any() {
             let Queues { next, inside, .. } = queues;
             let (walk, here) = (&walk, &here);
-            lanes.call(Leave { integrator: self, stage, walk, here, which: goes_on, next, inside, sink });
+            lanes.call(Leave { integrator, stage, walk, here, which: goes_on, next, inside, sink });
         }
     }
 }
