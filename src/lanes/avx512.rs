@@ -189,6 +189,17 @@ impl Lanes for Sixteen {
         columns
     }
     #[inline(always)]
+    fn put_records(self, columns: [F; 16], to: &mut [Record], at: U, which: M) {
+        let (at, mut rows) = (at.all(), [self.splat(0.0).0; 16]);
+        for (row, column) in rows.iter_mut().zip(columns) {
+            *row = column.0;
+        }
+        let rows = unsafe { transposed_16(rows) };
+        for k in which.lanes() {
+            unsafe { _mm512_store_ps(to[at[k] as usize].0.as_mut_ptr(), rows[k]) }
+        }
+    }
+    #[inline(always)]
     fn each<T: Copy + Debug>(self, f: impl FnMut(usize) -> T) -> [T; 16] {
         each(f)
     }

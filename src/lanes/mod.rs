@@ -151,6 +151,11 @@ pub trait Lanes: Copy + Debug + Send + Sync + 'static {
     /// # Panics
     /// If there is none at the place of some lane.
     fn records(self, from: &[Record], at: Self::U) -> [Self::F; 16];
+    /// Writes the records of the lanes `which` to their places of `to`.
+    ///
+    /// # Panics
+    /// If there is none at the place of some lane.
+    fn put_records(self, columns: [Self::F; 16], to: &mut [Record], at: Self::U, which: Self::M);
     /// Asks memory for what will be needed soon, where the set has an instruction for that.
     #[inline(always)]
     fn prefetch<T>(self, _: &T) {}

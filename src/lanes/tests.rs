@@ -129,7 +129,11 @@ fn results<L: Lanes, const N: usize>(lanes: L, (x, y, u, v): &Given) -> Vec<[u32
     let (low, high) = i.wide_mul(v[1]);
     let records: Vec<_> = (0..32).map(|r| Record(std::array::from_fn(|k| x[k % N] * (r + k) as f32))).collect();
     let places = lanes.load_u(&std::array::from_fn::<_, N, _>(|k| u[k] % 32));
-    let floats: Vec<_> = floats.into_iter().chain(lanes.records(&records, places)).collect();
+    let mut changed = records.clone();
+    let odd = lanes.load_u(&std::array::from_fn::<_, N, _>(|k| 2 * (k as u32 % 16) + 1));
+    lanes.put_records(lanes.records(&records, places), &mut changed, odd, some);
+    let all = [lanes.records(&records, places), lanes.records(&changed, odd)].concat();
+    let floats: Vec<_> = floats.into_iter().chain(all).collect();
     let words = [
         i,
         a.to_bits(),

@@ -13,7 +13,7 @@ mod light_index;
 pub mod material;
 pub mod media;
 pub mod point;
-mod records;
+pub(crate) mod records;
 pub mod texture;
 pub mod tilt;
 

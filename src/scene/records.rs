@@ -10,7 +10,7 @@ use super::{
     id::{LightId, MediumId},
     light::{Lights, Receiver},
     light_index::LightIndex,
-    material::{AlphaMode, Material, MaterialId},
+    material::{AlphaMode, EmissionSides, Material, MaterialId},
     media::Media,
     point::{Place, Point},
 };
@@ -123,31 +123,53 @@ pub(crate) struct FewLights {
     triangles: [u32; FewLights::MOST],
     /// The bits of the density of next-event estimation.
     densities: [u32; FewLights::MOST],
+    /// 1 for those that emit on both sides, else 0.
+    both: [u32; FewLights::MOST],
+}
+
+/// Lights that have been chosen, one in each lane.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Chosen<U: Unsigned> {
+    /// The triangle.
+    pub triangle: U,
+    /// The density of its points in next-event estimation.
+    pub density: <U::Lanes as Lanes>::F,
+    /// Where it emits on both sides.
+    pub both: <U::Lanes as Lanes>::M,
 }
 
 impl FewLights {
     const MOST: usize = 16;
 
+    /// Their ids.
+    pub fn ids(&self) -> impl Iterator<Item = LightId> {
+        (0..self.count as u32).map(LightId::new)
+    }
+
     fn new(lights: &Lights, records: &Records) -> Option<Self> {
         let begins = lights.begins_by_power()?;
         let all: Vec<_> = (0..begins.len() as u32).map(LightId::new).map(|id| lights.even_area(id)).collect();
-        let plain = |light: &Option<(PrimitiveId, f32)>| light.is_some_and(|(triangle, _)| records.is_plain(triangle));
+        let plain = |light: &Option<(PrimitiveId, f32, EmissionSides)>| {
+            light.is_some_and(|(triangle, ..)| records.is_plain(triangle))
+        };
         if begins.len() > Self::MOST || !all.iter().all(plain) {
             return None;
         }
-        let mut few = Self { begins: [[0; 16]; 2], count: all.len(), triangles: [0; 16], densities: [0; 16] };
-        for (i, (triangle, area)) in all.into_iter().flatten().enumerate() {
+        let none = [0; Self::MOST];
+        let mut few = Self { begins: [none; 2], count: all.len(), triangles: none, densities: none, both: none };
+        for (i, (triangle, area, sides)) in all.into_iter().flatten().enumerate() {
             (few.begins[0][i], few.begins[1][i]) = ((begins[i] >> 32) as u32, begins[i] as u32);
             few.triangles[i] = triangle.index();
+            few.both[i] = u32::from(sides == EmissionSides::Both);
             few.densities[i] = (lights.probability_by_power(LightId::new(i as u32)) / area).to_bits();
         }
         Some(few)
     }
 
-    /// In each lane the triangle to which the choice with these words leads, and its density: as
-    /// [`Lights::sample_next_event`] takes them.
+    /// In each lane the light to which the choice with these words leads: as [`Lights::sample_next_event`] and
+    /// [`Lights::sample_emission`] take them.
     #[inline(always)]
-    pub fn choose<U: Unsigned>(&self, [high, low]: [U; 2]) -> (U, <U::Lanes as Lanes>::F) {
+    pub fn choose<U: Unsigned>(&self, [high, low]: [U; 2]) -> Chosen<U> {
         let lanes = high.lanes();
         // The last choice of all counts as the one before.
         let last = high.eq(lanes.splat_u(u32::MAX)) & low.eq(lanes.splat_u(u32::MAX));
@@ -158,7 +180,11 @@ impl FewLights {
             let before = high.lt(begin) | (high.eq(begin) & low.lt(begin_low));
             index = before.select(index, lanes.splat_u(i as u32));
         }
-        (index.lookup(&self.triangles), Float::of_bits(index.lookup(&self.densities)))
+        Chosen {
+            triangle: index.lookup(&self.triangles),
+            density: Float::of_bits(index.lookup(&self.densities)),
+            both: index.lookup(&self.both).eq(lanes.splat_u(1)),
+        }
     }
 }
 

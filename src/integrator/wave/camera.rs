@@ -210,10 +210,10 @@ impl<L: Lanes> Ends<L> {
         numbers.start(Block::repeated(t - 2, n));
         let (square, [high, low]) = (numbers.next_square(), numbers.next_choice_words());
         if let Some(lights) = scene.few_lights() {
-            let (triangle, density) = lights.choose([high, low]);
-            let points = scene.plain_points(lanes, which, triangle, warp::triangle(square.coordinates()));
-            let some = which & points.which & lanes.splat(0.0).lt(density);
-            return Self::Plain(points.point, PdfArea(density), some);
+            let light = lights.choose([high, low]);
+            let points = scene.plain_points(lanes, which, light.triangle, warp::triangle(square.coordinates()));
+            let some = which & points.which & lanes.splat(0.0).lt(light.density);
+            return Self::Plain(points.point, PdfArea(light.density), some);
         }
         let receivers = Receiver::all(&here.vertex.point);
         let nth = n % scene.lights().next_event_samples();

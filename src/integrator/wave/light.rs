@@ -1,6 +1,6 @@
 //! What a wave of walks from lights does: it starts on them, and connects every vertex to the lens.
 
-use glam::Vec3;
+use glam::{Vec2, Vec3};
 
 use super::{
     CameraEnd, Queues, Stage, Starts, Wave, WaveSink,
@@ -10,22 +10,37 @@ use super::{
 };
 use crate::{
     integrator::Integrator,
-    lanes::{Float, Lanes, MOST, Mask, Select, Unsigned},
+    lanes::{Float, Lanes, MOST, Mask, Select, Unsigned, Vector},
     path::{Departure, RivalSum, Step, Strategy, Tail, is_hittable},
-    sampling::{Block, Choice, Numbers, PdfArea, PdfSolidAngle, Sampler, Square, Stream},
+    sampling::{Block, Choice, Numbers, PdfArea, PdfSolidAngle, Sampler, Square, Stream, warp},
     scene::{
+        Scene,
         bsdf::Bsdfs,
-        light::Emission,
+        light::{Emission, emitted_direction, pdf_of_emitted},
         media::Inside,
         point::{Place, Point},
+        records::FewLights,
     },
 };
 
-/// The beginnings of the walks in all lanes.
-struct Emissions {
-    of_lane: [Emission; MOST],
-    /// A bit for each lane that has one.
-    some: u32,
+/// The beginnings of walks, all at the same kind of place.
+#[derive(Clone, Copy)]
+struct Emitted<L: Lanes> {
+    point: Point<L, Bsdfs<L>>,
+    pdf_position: PdfArea<L::F>,
+    direction: L::V,
+    pdf_direction: PdfSolidAngle<L::F>,
+    /// Where the rays start.
+    origin: L::V,
+    which: L::M,
+}
+
+/// What was sampled for all lanes.
+enum Emissions<L: Lanes> {
+    /// Of few lights, in empty space.
+    Plain(Emitted<L>),
+    /// Of any, which are elsewhere: a bit for each lane that has one.
+    Any(u32),
 }
 
 impl Integrator {
@@ -46,43 +61,41 @@ impl Integrator {
         queues.inside.clear();
         queues.inside.resize(starts.len, Inside::NOTHING);
         queues.lights.clear();
-        if self.weighs_camera_walks() {
+        if self.weighs_camera_walks() && stage.scene.lights().begins_by_power().is_none() {
             queues.lights.resize(starts.len, Point::nowhere(Vec3::ZERO));
         }
+        let few = few_lights_in_the_open(stage.scene);
         for i in (0..starts.len).step_by(L::N) {
             let key = lanes.load_u(&starts.keys[i..]);
             let flags = lanes.load_u(&starts.flags[i..]);
             let kept = Numbers::<L>::keep(kind, seed, key, sample, Stream::Light);
-            let emissions = sample_emissions(stage, kept, stage.has_next(flags) & lanes.first(starts.len - i));
+            let which = stage.has_next(flags) & lanes.first(starts.len - i);
+            let emissions = Emissions::sample(stage, few, kept, which, &mut queues.emissions.0);
             for place in [Place::Surface, Place::Degenerate, Place::Infinite] {
-                let such = |k: usize| emissions.some >> k & 1 == 1 && emissions.of_lane[k].point.place == place;
-                let which = lanes.condition(such);
-                if which.any() {
+                if let Some(emitted) = emissions.at(lanes, place, &queues.emissions.0) {
                     // The first vertex is there.
                     let stage = Stage { vertices: 1, ..stage };
-                    self.leave(stage, (i, kept, flags), &emissions, (which, place), (walks, queues), sink);
+                    if few.is_none() {
+                        note_lights(stage.scene, i, emitted.which, queues);
+                    }
+                    self.leave(stage, (i, kept, flags), &emitted, (walks, queues), sink);
                 }
             }
         }
     }
 
-    /// The same for the lanes `which`, all of whose points are such `place`s.
+    /// The same for such beginnings.
     #[inline(always)]
     fn leave<L: Lanes>(
         &self,
         stage: Stage<'_, L>,
         (at, kept, flags): (usize, [L::U; 2], L::U),
-        emissions: &Emissions,
-        (which, place): (L::M, Place),
+        emitted: &Emitted<L>,
         (walks, queues): (&mut Walks, &mut Queues),
         sink: &mut impl WaveSink,
     ) {
         let Stage { lanes, scene, .. } = stage;
-        let of = |k: usize| &emissions.of_lane[k];
-        let point = Point::of_each(lanes, which, place, |k| &of(k).point);
-        let pdf_position = PdfArea(lanes.numbers(|k| of(k).pdf_position.0));
-        let direction = lanes.vectors(|k| of(k).direction.to_array());
-        let pdf = PdfSolidAngle(lanes.numbers(|k| of(k).pdf_direction.0));
+        let Emitted { point, pdf_position, direction, pdf_direction, origin, which } = *emitted;
         let (is_hittable, one) = (is_hittable(scene, &point), lanes.splat(1.0));
         let first = LightEnd {
             step: Step::next_event(point, pdf_position),
@@ -92,22 +105,11 @@ impl Integrator {
         };
         self.splat(stage, &first, which & has(flags, SPLATS), &mut queues.connections, sink);
         let zero = lanes.splat(0.0);
-        let leaves = which & stage.has_next(flags) & zero.lt(pdf.0) & zero.lt(point.alpha);
+        let leaves = which & stage.has_next(flags) & zero.lt(pdf_direction.0) & zero.lt(point.alpha);
         if !leaves.any() {
             return;
         }
-        let has_origin = lanes.condition(|k| of(k).origin.is_some());
-        let far = lanes.vectors(|k| of(k).origin.unwrap_or_default().to_array());
-        let origin = has_origin.select(far, point.ray_origin(direction));
-        let departure = Departure::from_light(scene, &first.step, direction, pdf, origin);
-        for k in leaves.lanes() {
-            if let Some(light) = queues.lights.get_mut(at + k) {
-                *light = of(k).point;
-            }
-            if let Some(media) = scene.media() {
-                queues.inside[at + k].start_at_light(scene, media, of(k));
-            }
-        }
+        let departure = Departure::from_light(scene, &first.step, direction, pdf_direction, origin);
         let walk = Walk::<L> {
             departure,
             whole: departure.beta.max_element(),
@@ -117,7 +119,7 @@ impl Integrator {
             pdf_fwd: pdf_position,
             rivals: RivalSum::none(lanes),
             next_event_ratio: one,
-            flags: flags | flag(lanes, HITTABLE, is_hittable) | lanes.splat_u(flag_of(place)),
+            flags: flags | flag(lanes, HITTABLE, is_hittable) | lanes.splat_u(flag_of(point.place)),
             raster: [zero; 2],
             scrambles: [kept[0]; 2],
             index: kept[1],
@@ -142,7 +144,8 @@ impl Integrator {
         here: &Step<L, Bsdfs<L>>,
         lights: &[Point],
     ) -> L::F {
-        if !self.weighs_camera_walks() {
+        // Where next-event estimation chooses as emission does, the ratio is 1.
+        if lights.is_empty() {
             return walk.next_event_ratio;
         }
         let number = which.select(walk.number, lanes.splat_u(0)).all();
@@ -174,22 +177,103 @@ impl Integrator {
     }
 }
 
-/// Where and how the walks of the lanes `which` start.
+/// The few lights of a scene, where walks that leave them are in nothing.
+fn few_lights_in_the_open(scene: &Scene) -> Option<&FewLights> {
+    let clear = |id| scene.media().is_none_or(|media| media.light_is_clear(id));
+    scene.few_lights().filter(|lights| lights.ids().all(clear))
+}
+
+/// [`Scene::sample_emission`] out of line: for one lane of many.
+#[inline(never)]
+fn sample_alone(scene: &Scene, choice: Choice, place: Square, direction: Vec2) -> Option<Emission> {
+    scene.sample_emission(choice, place, direction)
+}
+
+/// Notes, of walks of the lanes `which` from the `at`-th on, on which lights and in what they begin.
 #[inline(always)]
-fn sample_emissions<L: Lanes>(stage: Stage<'_, L>, kept: [L::U; 2], which: L::M) -> Emissions {
-    let mut numbers = stage.numbers(kept, Stream::Light, 0);
-    numbers.start(Block::START);
-    let (square, direction) = (numbers.next_square(), numbers.next_two());
-    let [high, low] = numbers.next_choice_words();
-    let (high, low, u, v) = (high.all(), low.all(), square.0[0].all(), square.0[1].all());
-    let (x, y) = (direction[0].all(), direction[1].all());
-    let mut emissions = Emissions { of_lane: [Emission::nowhere(); MOST], some: 0 };
+fn note_lights(scene: &Scene, at: usize, which: impl Mask, queues: &mut Queues) {
+    let Queues { lights, inside, emissions, .. } = queues;
     for k in which.lanes() {
-        let (choice, square) = (Choice::of_words(high[k], low[k]), Square([u[k], v[k]]));
-        if let Some(emission) = stage.scene.sample_emission(choice, square, glam::Vec2::new(x[k], y[k])) {
-            emissions.of_lane[k] = emission;
-            emissions.some |= 1 << k;
+        let emission = &emissions.0[k];
+        if let Some(light) = lights.get_mut(at + k) {
+            *light = emission.point;
+        }
+        if let Some(media) = scene.media() {
+            inside[at + k].start_at_light(scene, media, emission);
         }
     }
-    emissions
+}
+
+impl<L: Lanes> Emitted<L> {
+    /// Those of the lanes `which`, all of which start at such a `place`.
+    #[inline(always)]
+    fn of_each(lanes: L, which: L::M, place: Place, each: &[Emission; MOST]) -> Self {
+        let point = Point::of_each(lanes, which, place, |k| &each[k].point);
+        let direction = lanes.vectors(|k| each[k].direction.to_array());
+        let has_origin = lanes.condition(|k| each[k].origin.is_some());
+        let far = lanes.vectors(|k| each[k].origin.unwrap_or_default().to_array());
+        Self {
+            point,
+            pdf_position: PdfArea(lanes.numbers(|k| each[k].pdf_position.0)),
+            direction,
+            pdf_direction: PdfSolidAngle(lanes.numbers(|k| each[k].pdf_direction.0)),
+            origin: has_origin.select(far, point.ray_origin(direction)),
+            which,
+        }
+    }
+}
+
+impl<L: Lanes> Emissions<L> {
+    /// Where and how the walks of the lanes `which` start: of `few` lights, or of any, which are put into `each`.
+    #[inline(always)]
+    fn sample(
+        stage: Stage<'_, L>,
+        few: Option<&FewLights>,
+        kept: [L::U; 2],
+        which: L::M,
+        each: &mut [Emission; MOST],
+    ) -> Self {
+        let Stage { lanes, scene, .. } = stage;
+        let mut numbers = stage.numbers(kept, Stream::Light, 0);
+        numbers.start(Block::START);
+        let (square, u) = (numbers.next_square(), numbers.next_two());
+        let [high, low] = numbers.next_choice_words();
+        if let Some(lights) = few {
+            let light = lights.choose([high, low]);
+            let points = scene.plain_points(lanes, which, light.triangle, warp::triangle(square.coordinates()));
+            let (point, pdf_position) = (points.point, scene.lights().pdf_position(&points.point));
+            let direction = emitted_direction(point.normal, light.both, u);
+            return Self::Plain(Emitted {
+                point,
+                pdf_position,
+                direction,
+                pdf_direction: PdfSolidAngle(pdf_of_emitted(light.both, point.normal.dot(direction))),
+                origin: point.ray_origin(direction),
+                which: which & points.which & lanes.splat(0.0).lt(pdf_position.0),
+            });
+        }
+        let (high, low, [x, y]) = (high.all(), low.all(), [u[0].all(), u[1].all()]);
+        let (s, t) = (square.0[0].all(), square.0[1].all());
+        let mut some = 0;
+        for k in which.lanes() {
+            let (choice, place) = (Choice::of_words(high[k], low[k]), Square([s[k], t[k]]));
+            if let Some(emission) = sample_alone(scene, choice, place, Vec2::new(x[k], y[k])) {
+                each[k] = emission;
+                some |= 1 << k;
+            }
+        }
+        Self::Any(some)
+    }
+
+    /// Those that start at such a `place`, if there are any.
+    #[inline(always)]
+    fn at(&self, lanes: L, place: Place, each: &[Emission; MOST]) -> Option<Emitted<L>> {
+        match self {
+            Self::Plain(emitted) => (place == Place::Surface && emitted.which.any()).then_some(*emitted),
+            Self::Any(some) => {
+                let which = lanes.condition(|k| some >> k & 1 == 1 && each[k].point.place == place);
+                which.any().then(|| Emitted::of_each(lanes, which, place, each))
+            }
+        }
+    }
 }

@@ -32,6 +32,7 @@ use crate::{
         bsdf::{Bsdfs, Transport},
         camera::Raster,
         geometry::Hits,
+        light::Emission,
         media::Inside,
         point::Point,
     },
@@ -79,6 +80,7 @@ struct Queues {
     /// Of each walk from a light the point where it began, by its number; where weights ask for it.
     lights: Vec<Point>,
     points: Points,
+    emissions: Emissions,
     /// What reaches the image.
     seen: Seen,
 }
@@ -90,6 +92,16 @@ struct Points([Point; MOST]);
 impl Default for Points {
     fn default() -> Self {
         Self([Point::nowhere(Vec3::ZERO); MOST])
+    }
+}
+
+/// The same for the beginnings of walks.
+#[derive(Debug)]
+struct Emissions([Emission; MOST]);
+
+impl Default for Emissions {
+    fn default() -> Self {
+        Self([Emission::nowhere(); MOST])
     }
 }
 

@@ -95,29 +95,22 @@ impl VertexStore {
     /// Keeps the s-th vertices of the walks of the lanes `which` with these numbers.
     #[inline(always)]
     pub fn put<L: Lanes>(&mut self, s: u32, end: &LightEnd<L>, number: L::U, which: L::M) {
-        let (lanes, number, rows) = (number.lanes(), number.all(), rows(end));
+        let (lanes, numbers) = (number.lanes(), number.all());
         for k in which.lanes() {
-            self.last[number[k] as usize] = s;
+            self.last[numbers[k] as usize] = s;
         }
-        let level = self.level(s);
-        let mut columns = [[[0.0; MOST]; 16]; 2];
-        for row in 0..2 {
-            for column in 0..16 {
-                columns[row][column] = rows[row][column].all();
-            }
+        let (level, bsdf) = (self.level(s), &end.step.vertex.point.bsdf);
+        for (rows, columns) in level.rows.iter_mut().zip(rows(end)) {
+            lanes.put_records(columns, rows, number, which);
         }
-        let bsdf = end.step.vertex.point.bsdf.all(lanes);
-        let lambert = matches!(end.step.vertex.point.bsdf, Bsdfs::Diffuse(_));
+        let held = if matches!(bsdf, Bsdfs::Diffuse(_)) { Held::Lambert } else { Held::Other };
         for k in which.lanes() {
-            let number = number[k] as usize;
-            level.kinds[number] = if lambert { Held::Lambert } else { Held::Other };
-            if !lambert {
-                level.bsdfs[number] = bsdf(k);
-            }
-            for row in 0..2 {
-                for column in 0..16 {
-                    level.rows[row][number].0[column] = columns[row][column][k];
-                }
+            level.kinds[numbers[k] as usize] = held;
+        }
+        if held == Held::Other {
+            let bsdf = bsdf.all(lanes);
+            for k in which.lanes() {
+                level.bsdfs[numbers[k] as usize] = bsdf(k);
             }
         }
     }

@@ -42,7 +42,7 @@ use super::{
     point::{Place, Point},
 };
 use crate::{
-    lanes::{Float, Lanes, Mask, Vector},
+    lanes::{Float, Lanes, Mask, Select, Vector},
     math::{Frame, Rgb, luminance},
     sampling::{Choice, Discrete, PdfArea, PdfSolidAngle, Remainder, Square, warp},
 };
@@ -295,11 +295,12 @@ impl Lights {
         self.choice.probability(id.index())
     }
 
-    /// The primitive and the area of a light whose points are chosen evenly from its area; `None` of any other.
+    /// The primitive, the area and the sides of a light whose points are chosen evenly from its area; `None` of any
+    /// other.
     #[inline(always)]
-    pub(crate) fn even_area(&self, id: LightId) -> Option<(PrimitiveId, f32)> {
+    pub(crate) fn even_area(&self, id: LightId) -> Option<(PrimitiveId, f32, EmissionSides)> {
         match self.get(id) {
-            Light::Area { primitive, area, map: None, .. } => Some((*primitive, *area)),
+            Light::Area { primitive, area, map: None, sides, .. } => Some((*primitive, *area, *sides)),
             _ => None,
         }
     }
@@ -364,8 +365,7 @@ impl Lights {
     #[inline(always)]
     fn pdf_direction_of(&self, id: LightId, cos: f32, w: [f32; 3]) -> f32 {
         match self.get(id) {
-            Light::Area { sides: EmissionSides::Front, .. } => cos.max(0.0) * FRAC_1_PI,
-            Light::Area { sides: EmissionSides::Both, .. } => 0.5 * (cos.abs() * FRAC_1_PI),
+            Light::Area { sides, .. } => pdf_of_emitted(*sides == EmissionSides::Both, cos),
             Light::Point { .. } => 0.25 * FRAC_1_PI,
             Light::Spot(spot) => spot.pdf(w.into()).0,
             Light::Directional { .. } | Light::Environment { .. } | Light::EnvironmentMap(_) => {
@@ -394,12 +394,8 @@ impl Lights {
         }
         let (direction, origin) = match self.get(id) {
             Light::Area { sides, .. } => {
-                let (side, u) = match sides {
-                    EmissionSides::Front => (1.0, direction),
-                    EmissionSides::Both if direction.x < 0.5 => (1.0, Vec2::new(2.0 * direction.x, direction.y)),
-                    EmissionSides::Both => (-1.0, Vec2::new(2.0 * direction.x - 1.0, direction.y)),
-                };
-                (Frame::around(side * point.normal).to_world(warp::cosine_hemisphere(u.to_array())), None)
+                let both = *sides == EmissionSides::Both;
+                (emitted_direction(point.normal, both, direction.to_array()), None)
             }
             Light::Point { .. } => (warp::sphere(direction), None),
             Light::Spot(spot) => (spot.sample(direction), None),
@@ -450,4 +446,23 @@ impl Lights {
             Light::EnvironmentMap(map) => at_infinity(map.sample(u.refined(rest.rest())), id),
         }
     }
+}
+
+/// The unit direction in which a surface with the unit normal `normal` emits by Lambert's law, from its front or, where
+/// `both` holds, from either side.
+#[inline(always)]
+pub(crate) fn emitted_direction<V: Vector>(normal: V, both: <V::Lanes as Lanes>::M, [x, y]: [V::F; 2]) -> V {
+    let lanes = x.lanes();
+    let one = lanes.splat(1.0);
+    let behind = both & !x.lt(lanes.splat(0.5));
+    let (side, twice) = (behind.select(-one, one), x * 2.0);
+    let x = both.select(behind.select(twice - one, twice), x);
+    Frame::around(normal * side).to_world(warp::cosine_hemisphere([x, y]))
+}
+
+/// The density of that direction, by its cosine to the normal.
+#[inline(always)]
+pub(crate) fn pdf_of_emitted<F: Float>(both: <F::Lanes as Lanes>::M, cos: F) -> F {
+    let zero = cos.lanes().splat(0.0);
+    both.select(cos.abs() * FRAC_1_PI * 0.5, cos.max(zero) * FRAC_1_PI)
 }
