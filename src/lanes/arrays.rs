@@ -115,12 +115,6 @@ impl<const N: usize> Lanes for Arrays<N> {
         std::array::from_fn(|i| at.map(|at| from[at as usize].0[i]))
     }
     #[inline(always)]
-    fn put_records(self, columns: [Self::F; 16], to: &mut [Record], at: Self::U, which: Self::M) {
-        for k in which.lanes() {
-            to[at.0[k] as usize] = Record(std::array::from_fn(|i| columns[i].0[k]));
-        }
-    }
-    #[inline(always)]
     fn each<T: Copy + Debug>(self, f: impl FnMut(usize) -> T) -> [T; N] {
         std::array::from_fn(f)
     }

@@ -177,20 +177,6 @@ impl Lanes for Eight {
         columns
     }
     #[inline(always)]
-    fn put_records(self, columns: [F; 16], to: &mut [Record], at: U, which: M) {
-        let at = at.all();
-        for half in [0, 8] {
-            let mut rows = [self.splat(0.0).0; 8];
-            for (row, column) in rows.iter_mut().zip(&columns[half..half + 8]) {
-                *row = column.0;
-            }
-            let rows = unsafe { transposed_8(rows) };
-            for k in which.lanes() {
-                unsafe { _mm256_store_ps(to[at[k] as usize].0[half..].as_mut_ptr(), rows[k]) }
-            }
-        }
-    }
-    #[inline(always)]
     fn each<T: Copy + Debug>(self, f: impl FnMut(usize) -> T) -> [T; 8] {
         each(f)
     }
@@ -509,8 +495,4 @@ impl Select<U> for M {
     }
 }
 
-#[target_feature(enable = "avx2,bmi1,bmi2,lzcnt,popcnt")]
-#[inline(never)]
-fn compiled<W: Work>(work: W) -> W::Output {
-    work.work()
-}
+compiled!("avx2,bmi1,bmi2,lzcnt,popcnt");

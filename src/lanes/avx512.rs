@@ -440,8 +440,4 @@ impl Select<U> for M {
     }
 }
 
-#[target_feature(enable = "avx512f,avx512vl,avx512dq,avx512bw,avx512cd,avx2,bmi1,bmi2,lzcnt,popcnt")]
-#[inline(never)]
-fn compiled<W: Work>(work: W) -> W::Output {
-    work.work()
-}
+compiled!("avx512f,avx512vl,avx512dq,avx512bw,avx512cd,avx2,bmi1,bmi2,lzcnt,popcnt");

@@ -41,6 +41,18 @@ macro_rules! operators {
     )* };
 }
 
+/// What does work in a function that is compiled for these instructions.
+#[cfg(target_arch = "x86_64")]
+macro_rules! compiled {
+    ($features:literal) => {
+        #[target_feature(enable = $features)]
+        #[inline(never)]
+        fn compiled<W: Work>(work: W) -> W::Output {
+            work.work()
+        }
+    };
+}
+
 mod arrays;
 #[cfg(target_arch = "x86_64")]
 mod avx2;
@@ -155,7 +167,19 @@ pub trait Lanes: Copy + Debug + Send + Sync + 'static {
     ///
     /// # Panics
     /// If there is none at the place of some lane.
-    fn put_records(self, columns: [Self::F; 16], to: &mut [Record], at: Self::U, which: Self::M);
+    #[inline(always)]
+    fn put_records(self, columns: [Self::F; 16], to: &mut [Record], at: Self::U, which: Self::M) {
+        let (at, mut all) = (at.all(), [[0.0; MOST]; 16]);
+        for (all, column) in all.iter_mut().zip(columns) {
+            *all = column.all();
+        }
+        for k in which.lanes() {
+            let record = &mut to[at[k] as usize].0;
+            for i in 0..16 {
+                record[i] = all[i][k];
+            }
+        }
+    }
     /// Asks memory for what will be needed soon, where the set has an instruction for that.
     #[inline(always)]
     fn prefetch<T>(self, _: &T) {}

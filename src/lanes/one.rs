@@ -50,12 +50,6 @@ impl Lanes for One {
         from[at as usize].0
     }
     #[inline(always)]
-    fn put_records(self, columns: [f32; 16], to: &mut [Record], at: u32, which: bool) {
-        if which {
-            to[at as usize] = Record(columns);
-        }
-    }
-    #[inline(always)]
     fn each<T: Copy + std::fmt::Debug>(self, mut f: impl FnMut(usize) -> T) -> T {
         f(0)
     }

@@ -138,7 +138,7 @@ fn scatter_tilted<L: Lanes, B: Surfaces<L>>(
     let tilt = Tilt::at(at);
     let (camera, light) = (tilt.to_shading(to_camera), tilt.to_shading(to_light));
     let is_delta = at.alpha.lanes().mask(if lobe == Lobe::Continuous { 0 } else { u32::MAX });
-    let scatter = at.bsdf.scatter_around(at.shading_normal, lobe, camera.direction, light.direction);
+    let scatter = at.bsdf.scatter_around(tilt.shading_normal(), lobe, camera.direction, light.direction);
     let f = scatter.f.times(light.factor(is_delta));
     Tilt::densities(is_delta, Scatter { f, ..scatter }, &camera, &light).only(camera.keeps_side() & light.keeps_side())
 }
@@ -153,7 +153,7 @@ fn sample_tilted<L: Lanes, B: Surfaces<L>>(
 ) -> Sampled<L> {
     let tilt = Tilt::at(at);
     let before = tilt.to_shading(known);
-    let sample = at.bsdf.sample_around(at.shading_normal, directions, before.direction, transport, u);
+    let sample = at.bsdf.sample_around(tilt.shading_normal(), directions, before.direction, transport, u);
     let after = tilt.to_surface(sample.direction);
     let (camera, light) = transport.sides(before, after);
     let f = sample.scatter.f.times(light.factor(sample.is_delta));

@@ -93,7 +93,15 @@ impl<L: Lanes> Tilt<L> {
         // sin θ cot 3θ; from 30° on m is 90°.
         let below_30 = cos * (square - three) / (square - lanes.splat(1.0));
         let reach = three.lt(square).select(below_30, lanes.splat(0.0));
-        Self { n_s: p.shading_normal, n_g: p.normal, cos, reach, is_flat: p.is_flat() }
+        // Zeros may differ in sign where N_s is N_g, and a frame around them would as well.
+        let is_flat = p.is_flat();
+        Self { n_s: is_flat.select(p.normal, p.shading_normal), n_g: p.normal, cos, reach, is_flat }
+    }
+
+    /// N_s, as the BSDF has it.
+    #[inline(always)]
+    pub fn shading_normal(&self) -> L::V {
+        self.n_s
     }
 
     /// ω_s of the unit direction `w`.

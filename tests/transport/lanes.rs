@@ -95,6 +95,9 @@ fn plain(sensor: Sensor, lamps: usize, sky: &[Light]) -> Scene {
     let normals = positions.map(|p| (p - v(-0.5, -1.4, -0.5)).normalize());
     g.add_triangles(&positions, Some(&normals), &[[0, 4, 1], [1, 4, 2], [2, 4, 3], [3, 4, 0]], MaterialId(0));
     g.add_sphere(v(0.45, -0.6, -0.4), 0.4, MaterialId(1));
+    // N_g has a zero with a sign, N_s has one without.
+    let wall = [v(-1.0, -0.2, -1.0), v(-1.0, 0.6, -1.0), v(-1.0, -1.0, 1.0)];
+    g.add_triangles(&wall, Some(&[Vec3::X; 3]), &[[0, 1, 2]], MaterialId(0));
     let camera = Camera::look_at(v(0.1, 0.2, 1.8), v(0.0, -0.4, -1.0), Vec3::Y, 0.9, sensor);
     Scene::new(g, materials, sky, camera)
 }
@@ -112,7 +115,7 @@ fn octahedron(g: &mut Geometry, center: Vec3, radius: f32, material: u32) {
 }
 
 /// Smooth glass and mirrors beside Lambertians: bodies one in another, about a Lambertian and of no other index than
-/// what is around, flat and smooth, and open sheets; `touching`, one with a face on the floor. Glass and mirrors glow.
+/// what is around, flat and smooth, a lamp in one of them, and open sheets; `touching`, one with a face on the floor. Glass and mirrors glow.
 fn glassy(sensor: Sensor, eye: Vec3, touching: bool, sky: &[Light]) -> Scene {
     let mut bubble = Material::glass("bubble", 1.2);
     if let Bsdf::Dielectric(glass) = &mut bubble.bsdf {
@@ -139,6 +142,11 @@ fn glassy(sensor: Sensor, eye: Vec3, touching: bool, sky: &[Light]) -> Scene {
     octahedron(&mut g, v(-0.1, -0.2, -0.2), 0.6, 3);
     octahedron(&mut g, v(-0.1, -0.2, -0.2), 0.35, 4);
     octahedron(&mut g, v(-0.1, -0.25, -0.2), 0.15, 0);
+    scenes::quad(
+        &mut g,
+        [v(-0.15, -0.02, -0.25), v(-0.05, -0.02, -0.25), v(-0.05, -0.02, -0.15), v(-0.15, -0.02, -0.15)],
+        2,
+    );
     octahedron(&mut g, v(0.1, -0.1, 0.1), 0.3, 5);
     octahedron(&mut g, v(0.7, -0.5, -0.6), 0.4, 1);
     let bottom = if touching { -1.0 } else { -0.99 };
@@ -187,7 +195,11 @@ fn whatever_is_in_the_scene() {
     ];
     for (name, scene) in &all {
         for integrator in IntegratorKind::ALL {
-            widths_do_not_matter(name, scene, &settings(integrator));
+            let waves = widths_do_not_matter(name, scene, &settings(integrator));
+            println!("{name}, {integrator}: {}", if waves { "waves" } else { "path by path" });
+            let plain = name.starts_with("courtyard") || *name == "sphere furnace";
+            let has_lanes = Renderer::new(scene, &settings(integrator)).with_width(Width::Eight).is_some();
+            assert!(waves || !has_lanes || !plain || !WAVES.contains(&integrator), "{name}, {integrator}");
         }
     }
     let choices = [LightChoice::Power, LightChoice::Uniform, LightChoice::Tree, LightChoice::All];

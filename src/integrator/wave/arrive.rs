@@ -61,7 +61,7 @@ impl Integrator {
             let mut met = hits.any(lanes, i) & all;
             let (in_world, index, b) = hits.places(lanes, i);
             let mut plain = scene.plain_points(lanes, met & in_world, index, b);
-            plain.which = plain.which & self.is_met_first(stage, walks, hits, i, plain.which);
+            plain.which = self.met_first(stage, walks, hits, i, plain.which);
             // One call for all: each would be a copy of what it does.
             for group in Group::ALL {
                 let other;
@@ -105,9 +105,9 @@ impl Integrator {
         }
     }
 
-    /// Where walks come to what is met first, of those in the lanes `plain` whose rays begin at the `at`-th.
+    /// Of the walks in the lanes `plain` of the group from the `at`-th on, those that have come to what is met first.
     #[inline(always)]
-    fn is_met_first<L: Lanes>(
+    fn met_first<L: Lanes>(
         &self,
         Stage { lanes, scene, .. }: Stage<'_, L>,
         walks: &Walks,
@@ -115,20 +115,19 @@ impl Integrator {
         at: usize,
         plain: L::M,
     ) -> L::M {
-        let mut these = lanes.first(L::N);
-        if scene.geometry().has_coincident() {
-            let mut first = 0;
-            for k in plain.lanes() {
-                let (ray, left) = (walks.ray(at + k), walks.left(at + k));
-                let is_first = |hit| scene.geometry().is_met_first(&ray, left, &hit);
-                first |= u32::from(hits.get(at + k).is_some_and(is_first)) << k;
-            }
-            these = these & lanes.mask(first);
+        if !scene.geometry().has_coincident() {
+            return plain;
         }
-        these
+        let mut first = 0;
+        for k in plain.lanes() {
+            let (ray, left) = (walks.ray(at + k), walks.left(at + k));
+            let is_first = |hit| scene.geometry().is_met_first(&ray, left, &hit);
+            first |= u32::from(hits.get(at + k).is_some_and(is_first)) << k;
+        }
+        plain & lanes.mask(first)
     }
 
-    /// The same for the lanes `which` of a group.
+    /// What the walks of the lanes `which` do at `point`.
     #[inline(always)]
     fn arrive_at<L: Lanes>(
         &self,

@@ -8,7 +8,7 @@ use super::{
 };
 use crate::{
     integrator::Integrator,
-    lanes::{Lanes, Work},
+    lanes::{Float, Lanes, Work},
     path::{Around, Joint, Step, Strategy, Tail, are_directions, is_hittable},
     sampling::PdfArea,
     scene::{Scene, bsdf::Bsdfs, geometry::Ray, point::Point},
@@ -72,7 +72,8 @@ impl<L: Lanes, S: WaveSink> Work for Join<'_, L, S> {
             raster: joint.raster.unwrap_or(z.raster),
             strategy,
         };
-        let open = open & !lens.is_in_one_plane_with(end);
+        let zero = lanes.splat(0.0);
+        let open = open & zero.lt(lens.alpha) & zero.lt(end.alpha) & !lens.is_in_one_plane_with(end);
         for _ in 0..times {
             connections.push(&connection, open);
         }

@@ -36,7 +36,7 @@ struct Emitted<L: Lanes> {
 }
 
 /// What was sampled for all lanes.
-enum Emissions<L: Lanes> {
+enum Drawn<L: Lanes> {
     /// Of few lights, in empty space.
     Plain(Emitted<L>),
     /// Of any, which are elsewhere: a bit for each lane that has one.
@@ -58,8 +58,10 @@ impl Integrator {
         let Wave { walks, queues, .. } = wave;
         walks.0.clear(starts.len);
         queues.connections.0.clear(starts.len * self.connections_of_each(stage, &queues.light_vertices));
-        queues.inside.clear();
-        queues.inside.resize(starts.len, Inside::NOTHING);
+        if stage.scene.media().is_some() {
+            queues.inside.clear();
+            queues.inside.resize(starts.len, Inside::NOTHING);
+        }
         queues.lights.clear();
         if self.weighs_camera_walks() && stage.scene.lights().begins_by_power().is_none() {
             queues.lights.resize(starts.len, Point::nowhere(Vec3::ZERO));
@@ -70,15 +72,15 @@ impl Integrator {
             let flags = lanes.load_u(&starts.flags[i..]);
             let kept = Numbers::<L>::keep(kind, seed, key, sample, Stream::Light);
             let which = stage.has_next(flags) & lanes.first(starts.len - i);
-            let emissions = Emissions::sample(stage, few, kept, which, &mut queues.emissions.0);
+            let drawn = Drawn::sample(stage, few, kept, which, &mut queues.emissions.0);
             for place in [Place::Surface, Place::Degenerate, Place::Infinite] {
-                if let Some(emitted) = emissions.at(lanes, place, &queues.emissions.0) {
+                if let Some(emitted) = drawn.at(lanes, place, &queues.emissions.0) {
                     // The first vertex is there.
                     let stage = Stage { vertices: 1, ..stage };
                     if few.is_none() {
                         note_lights(stage.scene, i, emitted.which, queues);
                     }
-                    self.leave(stage, (i, kept, flags), &emitted, (walks, queues), sink);
+                    self.begin(stage, (i, kept, flags), &emitted, (walks, queues), sink);
                 }
             }
         }
@@ -86,7 +88,7 @@ impl Integrator {
 
     /// The same for such beginnings.
     #[inline(always)]
-    fn leave<L: Lanes>(
+    fn begin<L: Lanes>(
         &self,
         stage: Stage<'_, L>,
         (at, kept, flags): (usize, [L::U; 2], L::U),
@@ -223,7 +225,7 @@ impl<L: Lanes> Emitted<L> {
     }
 }
 
-impl<L: Lanes> Emissions<L> {
+impl<L: Lanes> Drawn<L> {
     /// Where and how the walks of the lanes `which` start: of `few` lights, or of any, which are put into `each`.
     #[inline(always)]
     fn sample(

@@ -3,7 +3,8 @@
 //! What happens at a vertex and a joint is the text of [`crate::path`], in as many lanes as the processor has; here is
 //! what comes between: which paths are where, in queues side by side. All paths of a wave are at the same vertex, so
 //! that all use the same block of random numbers, the same entries of the table and the same rule for roulette. The
-//! numbers are those of [`Integrator::estimate_from_camera`], bit by bit, and so is every deposit.
+//! numbers are those of [`Integrator::estimate_from_light`] and [`Integrator::estimate_from_camera`], bit by bit, and so
+//! is every deposit.
 
 mod arrive;
 mod bodies;
@@ -307,7 +308,7 @@ impl Integrator {
         let len = wave.walks.0.len();
         wave.queues.next.0.clear(len);
         let of_each = self.connections_of_each(stage, &wave.queues.light_vertices);
-        let part = (CONNECTIONS / of_each.max(1)).next_multiple_of(MOST);
+        let part = (CONNECTIONS / of_each.max(1)).max(1).next_multiple_of(MOST);
         for from in (0..len).step_by(part) {
             wave.queues.connections.0.clear(part.min(len) * of_each);
             self.arrive(stage, from..len.min(from + part), wave, sink);

@@ -1,7 +1,10 @@
 //! The light vertices of a tile, to which walks from the camera are connected: the camera's stages come after all of
 //! the light's.
 
-use super::queue::{flag, has};
+use super::{
+    queue::{DELTA, DELTA_BEFORE, HITTABLE, flag, has},
+    words,
+};
 use crate::{
     lanes::{Float, Lanes, MOST, Mask, Record, Select, Unsigned, Vector},
     math::Rgb,
@@ -109,6 +112,7 @@ impl VertexStore {
         }
         if held == Held::Other {
             let bsdf = bsdf.all(lanes);
+            level.bsdfs.resize(level.kinds.len(), Bsdf::Diffuse(Diffuse { albedo: Rgb::ZERO }));
             for k in which.lanes() {
                 level.bsdfs[numbers[k] as usize] = bsdf(k);
             }
@@ -127,7 +131,6 @@ impl VertexStore {
             level.kinds.clear();
             level.kinds.resize(walks, Held::Nothing);
             level.rows.iter_mut().for_each(|rows| rows.resize(walks, Record([0.0; 16])));
-            level.bsdfs.resize(walks, Bsdf::Diffuse(Diffuse { albedo: Rgb::ZERO }));
             self.used += 1;
         }
         &mut self.levels[at]
@@ -161,12 +164,8 @@ impl VertexStore {
     }
 }
 
-const DELTA: u32 = 1;
-const DELTA_BEFORE: u32 = 2;
-const HITTABLE: u32 = 4;
-
-/// What is kept of a vertex, number by number. Where waves go, all surfaces are there and nothing is between the
-/// vertices of a walk: α and V are 1.
+/// What is kept of a vertex: what a connection to it reads. Where waves go, nothing is between the vertices of a walk: V
+/// is 1.
 #[inline(always)]
 fn rows<L: Lanes>(end: &LightEnd<L>) -> [[L::F; 16]; 2] {
     let LightEnd { step, tail, is_hittable, next_event_ratio } = end;
@@ -180,15 +179,16 @@ fn rows<L: Lanes>(end: &LightEnd<L>) -> [[L::F; 16]; 2] {
         if let Bsdfs::Diffuse(Diffuse { albedo }) = p.bsdf { albedo.channels() } else { lanes.splat_v([0.0; 3]) };
     let [r, s, t] = albedo.coordinates();
     let [u, v, w] = step.beta.channels().coordinates();
-    let primitive = |k| L::lane(&p.primitive, k).words();
-    let [x, y] = [lanes.whole_numbers(|k| primitive(k)[0]), lanes.whole_numbers(|k| primitive(k)[1])];
+    let [x, y] = words(lanes, p);
     let [delta, before] = tail.is_delta;
     let flags = flag(lanes, DELTA, delta) | flag(lanes, DELTA_BEFORE, before) | flag(lanes, HITTABLE, *is_hittable);
     let ([pdf, before], rivals) = (tail.pdf_fwd, tail.rivals.word());
-    let (word, o) = (L::F::of_bits, lanes.splat(0.0));
+    let (word, nothing) = (L::F::of_bits, lanes.splat(0.0));
+    let (ratio, alpha, alpha_before) = (*next_event_ratio, p.alpha, back.alpha_b);
+    let [x, y, flags, rivals] = [word(x), word(y), word(flags), word(rivals)];
     [
         [a, b, c, d, e, f, g, h, i, j, k, l, p.error, back.distance_squared, back.cos_a, back.cos_b],
-        [r, s, t, u, v, w, word(x), word(y), word(flags), word(rivals), pdf.0, before.0, *next_event_ratio, o, o, o],
+        [r, s, t, u, v, w, x, y, flags, rivals, pdf.0, before.0, ratio, alpha, alpha_before, nothing],
     ]
 }
 
@@ -196,12 +196,12 @@ fn rows<L: Lanes>(end: &LightEnd<L>) -> [[L::F; 16]; 2] {
 #[inline(always)]
 fn of_rows<L: Lanes>([p, q]: [[L::F; 16]; 2]) -> LightEnd<L> {
     let lanes = p[0].lanes();
-    let one = lanes.splat(1.0);
     let v = |row: &[L::F; 16], i: usize| L::V::new(row[i], row[i + 1], row[i + 2]);
     let (flags, [instance, index]) = (q[8].to_bits(), [q[6].to_bits().all(), q[7].to_bits().all()]);
     let point = Point {
         shading_normal: v(&p, 6),
         error: p[12],
+        alpha: q[13],
         primitive: lanes.each(|k| PrimitiveId::of_words([instance[k], index[k]])),
         bsdf: Bsdfs::Diffuse(Diffuse { albedo: Rgb::of(v(&q, 0)) }),
         ..Point::without_surface(v(&p, 0), v(&p, 3), Place::Surface)
@@ -211,9 +211,9 @@ fn of_rows<L: Lanes>([p, q]: [[L::F; 16]; 2]) -> LightEnd<L> {
         distance_squared: p[13],
         cos_a: p[14],
         cos_b: p[15],
-        alpha_a: one,
-        alpha_b: one,
-        visibility: one,
+        alpha_a: q[13],
+        alpha_b: q[14],
+        visibility: lanes.splat(1.0),
     };
     let pdf_fwd = [PdfArea(q[10]), PdfArea(q[11])];
     LightEnd {

@@ -143,12 +143,6 @@ impl Inside {
         });
     }
 
-    /// Whether the walk is outside of everything on its way.
-    #[inline(always)]
-    pub fn is_nothing(&self) -> bool {
-        self.within.is_nothing()
-    }
-
     /// Whether there may be something else on the other side of the last vertex.
     #[inline(always)]
     pub fn is_at_boundary(&self) -> bool {
