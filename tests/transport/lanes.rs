@@ -115,7 +115,8 @@ fn octahedron(g: &mut Geometry, center: Vec3, radius: f32, material: u32) {
 }
 
 /// Smooth glass and mirrors beside Lambertians: bodies one in another, about a Lambertian and of no other index than
-/// what is around, flat and smooth, a lamp in one of them, and open sheets; `touching`, one with a face on the floor. Glass and mirrors glow.
+/// what is around, flat and smooth, a lamp in one of them, and open sheets; `touching`, one with a face on the floor.
+/// Glass and mirrors glow.
 fn glassy(sensor: Sensor, eye: Vec3, touching: bool, sky: &[Light]) -> Scene {
     let mut bubble = Material::glass("bubble", 1.2);
     if let Bsdf::Dielectric(glass) = &mut bubble.bsdf {

@@ -3,8 +3,8 @@
 //! What happens at a vertex and a joint is the text of [`crate::path`], in as many lanes as the processor has; here is
 //! what comes between: which paths are where, in queues side by side. All paths of a wave are at the same vertex, so
 //! that all use the same block of random numbers, the same entries of the table and the same rule for roulette. The
-//! numbers are those of [`Integrator::estimate_from_light`] and [`Integrator::estimate_from_camera`], bit by bit, and so
-//! is every deposit.
+//! numbers are those of [`Integrator::estimate_from_light`] and [`Integrator::estimate_from_camera`], bit by bit, and
+//! so is every deposit.
 
 mod arrive;
 mod bodies;

@@ -136,8 +136,8 @@ impl VertexStore {
         &mut self.levels[at]
     }
 
-    /// For which of the lanes `which` the walks with these numbers have an s-th vertex that is Lambertian, and for which
-    /// another one, a bit for each.
+    /// For which of the lanes `which` the walks with these numbers have an s-th vertex that is Lambertian, and for
+    /// which another one, a bit for each.
     #[inline(always)]
     pub fn kinds(&self, s: u32, numbers: &[u32; MOST], which: impl Mask) -> [u32; 2] {
         let kinds = &self.levels[s as usize - 2].kinds;
@@ -164,8 +164,8 @@ impl VertexStore {
     }
 }
 
-/// What is kept of a vertex: what a connection to it reads. Where waves go, nothing is between the vertices of a walk: V
-/// is 1.
+/// What is kept of a vertex: what a connection to it reads. Where waves go, nothing is between the vertices of a walk:
+/// V is 1.
 #[inline(always)]
 fn rows<L: Lanes>(end: &LightEnd<L>) -> [[L::F; 16]; 2] {
     let LightEnd { step, tail, is_hittable, next_event_ratio } = end;
