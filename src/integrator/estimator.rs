@@ -40,6 +40,15 @@ struct End {
     s: u32,
 }
 
+/// A prefix of a camera subpath whose last vertex is joined.
+#[derive(Clone, Copy)]
+struct CameraEnd<'a> {
+    prefix: &'a [Step],
+    /// Which part of a split subpath it belongs to.
+    branch: u32,
+    raster: Raster,
+}
+
 /// The s ≥ 2 whose vertex may be connected to.
 #[inline(always)]
 pub(super) fn connectible(light: &[Step]) -> impl Iterator<Item = u32> {
@@ -196,15 +205,6 @@ impl Integrator {
         }
         let Scratch { camera, lights, walked, ends, .. } = scratch;
         let vertices = self.evaluated.camera_vertices();
-        let of_each = scene.lights().next_event_samples();
-        // A connection to an end: with each once, or with some that are chosen among all of a tile's, of which each
-        // stands for its share.
-        let shared = self.evaluated.shared_light_vertices();
-        let (connections, share) = match shared {
-            None => (ends.len() as u32, 1.0),
-            Some(_) if ends.is_empty() => (0, 1.0),
-            Some(SharedLightVertices { each, of_a_path }) => (each, ends.len() as f32 / (*walked as f32 * of_a_path)),
-        };
         for branch in 0..self.evaluated.splits() {
             // What all branches of a split subpath have in common is joined once.
             let joined = if branch == 0 {
@@ -217,48 +217,84 @@ impl Integrator {
             sink.walked(Transport::Radiance, camera.steps().len().saturating_sub(joined));
             sink.lost_to_sides(camera.take_lost_to_sides());
             for t in joined + 1..=camera.steps().len() {
-                let prefix = &camera.steps()[..t];
-                let z = &prefix[t - 1].vertex.point;
+                let end = CameraEnd { prefix: &camera.steps()[..t], branch, raster };
+                let z = &end.prefix[t - 1].vertex.point;
                 if z.light.is_some() {
                     for _ in 0..self.evaluated.multiplicity(Strategy { s: 0, t: t as u32 }) {
-                        self.consider(JoinedPath::hit(scene, prefix, raster), 1.0, || Chance(0), sink);
+                        self.consider(JoinedPath::hit(scene, end.prefix, raster), 1.0, || Chance(0), sink);
                     }
                 }
-                if !z.bsdf.has_continuous() {
-                    continue;
+                if z.bsdf.has_continuous() {
+                    self.estimate_next_event(scene, end, samplers, sink);
+                    self.connect_to_ends(scene, end, (&lights[..*walked], ends), samplers, sink);
                 }
-                let samples = of_each * self.evaluated.multiplicity(Strategy { s: 1, t: t as u32 });
-                let mut nth = 0;
-                for k in 0..samples {
-                    samplers.connection.start(Block::repeated(t as u32 - 2, branch * samples + k));
-                    let (u, choice) = (samplers.connection.next_square(), samplers.connection.next_choice());
-                    let sampled = scene.sample_next_event(z, u, choice, nth);
-                    nth = if nth + 1 == of_each { 0 } else { nth + 1 };
-                    if let Some((point, pdf)) = sampled {
-                        let end = Step::next_event(point, pdf);
-                        let path = JoinedPath::next_event(scene, prefix, &end, raster);
-                        self.consider(path, 1.0, || samplers.connection.next_chance(), sink);
+            }
+        }
+    }
+
+    /// s = 1.
+    #[inline(always)]
+    fn estimate_next_event<S: Sampler>(
+        &self,
+        scene: &Scene,
+        CameraEnd { prefix, branch, raster }: CameraEnd<'_>,
+        samplers: &mut Samplers<'_, S>,
+        sink: &mut impl Sink,
+    ) {
+        let (t, z) = (prefix.len() as u32, &prefix[prefix.len() - 1].vertex.point);
+        let of_each = scene.lights().next_event_samples();
+        let samples = of_each * self.evaluated.multiplicity(Strategy { s: 1, t });
+        let mut nth = 0;
+        for k in 0..samples {
+            samplers.connection.start(Block::repeated(t - 2, branch * samples + k));
+            let (u, choice) = (samplers.connection.next_square(), samplers.connection.next_choice());
+            let sampled = scene.sample_next_event(z, u, choice, nth);
+            nth = if nth + 1 == of_each { 0 } else { nth + 1 };
+            if let Some((point, pdf)) = sampled {
+                let end = Step::next_event(point, pdf);
+                let path = JoinedPath::next_event(scene, prefix, &end, raster);
+                self.consider(path, 1.0, || samplers.connection.next_chance(), sink);
+            }
+        }
+    }
+
+    /// s ≥ 2: with each of the `ends` of these light subpaths once, or with some that are chosen among all of a tile's,
+    /// of which each stands for its share.
+    #[inline(always)]
+    fn connect_to_ends<S: Sampler>(
+        &self,
+        scene: &Scene,
+        CameraEnd { prefix, branch, raster }: CameraEnd<'_>,
+        (lights, ends): (&[Subpath], &[End]),
+        samplers: &mut Samplers<'_, S>,
+        sink: &mut impl Sink,
+    ) {
+        let t = prefix.len() as u32;
+        let shared = self.evaluated.shared_light_vertices();
+        let (connections, share) = match shared {
+            None => (ends.len() as u32, 1.0),
+            Some(_) if ends.is_empty() => (0, 1.0),
+            Some(SharedLightVertices { each, of_a_path }) => {
+                (each, ends.len() as f32 / (lights.len() as f32 * of_a_path))
+            }
+        };
+        for k in 0..connections {
+            let chosen = if shared.is_some() {
+                samplers.connection.start(Block::chosen_end(t, k).of_branch(branch));
+                samplers.connection.next_choice().among(ends.len())
+            } else {
+                k as usize
+            };
+            let End { number, s } = ends[chosen];
+            for _ in 0..self.evaluated.multiplicity(Strategy { s, t }) {
+                let chance = || {
+                    if shared.is_none() {
+                        samplers.connection.start(Block::connection(s, t, number).of_branch(branch));
                     }
-                }
-                for k in 0..connections {
-                    let chosen = if shared.is_some() {
-                        samplers.connection.start(Block::chosen_end(t as u32, k).of_branch(branch));
-                        samplers.connection.next_choice().among(ends.len())
-                    } else {
-                        k as usize
-                    };
-                    let End { number, s } = ends[chosen];
-                    for _ in 0..self.evaluated.multiplicity(Strategy { s, t: t as u32 }) {
-                        let chance = || {
-                            if shared.is_none() {
-                                samplers.connection.start(Block::connection(s, t as u32, number).of_branch(branch));
-                            }
-                            samplers.connection.next_chance()
-                        };
-                        let path = JoinedPath::inner(scene, prefix, &lights[number as usize], s as usize, raster);
-                        self.consider(path, share, chance, sink);
-                    }
-                }
+                    samplers.connection.next_chance()
+                };
+                let path = JoinedPath::inner(scene, prefix, &lights[number as usize], s as usize, raster);
+                self.consider(path, share, chance, sink);
             }
         }
     }

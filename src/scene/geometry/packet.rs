@@ -11,7 +11,7 @@ use glam::{DVec3, Vec3};
 use super::{
     Hit, PrimitiveId,
     bvh::{Order, Stack, Tree},
-    node::{Below, Block, Child, WIDTH},
+    node::{Below, Block, Child, Node, WIDTH},
     ray::{BEFORE, Lines},
     rays::RayColumns,
     triangle::Triangle,
@@ -164,6 +164,25 @@ impl<L: Lanes> Packet<L> {
         near.le(t).select(t.min(far), near)
     }
 
+    /// Puts aside the children of a node that some of the rays enter, with these.
+    #[inline(always)]
+    fn enter<O: Order>(&self, node: &Node, rays: u32, met: &Met, stack: &mut Stack<'_, Entry>) {
+        let lanes = self.lines.lanes;
+        let (entering, from) = (lanes.mask(rays), stack.len());
+        for i in 0..WIDTH {
+            // Where the order does not matter, the largest is put aside last.
+            let slot = if O::NEAREST_FIRST { i } else { WIDTH - 1 - i };
+            let Some(planes) = node.child_planes(slot) else { continue };
+            let ([near, _], entered) = self.clip(planes, lanes.load(&met.limit));
+            let rays = (entered & entering).bits();
+            if rays != 0 {
+                let near = near.lane(rays.trailing_zeros());
+                let entry = Entry { near, rays, child: node.children[slot].bits() };
+                if O::NEAREST_FIRST { stack.push_sorted(from, entry) } else { stack.push(entry) }
+            }
+        }
+    }
+
     /// Meets the triangle in a lane of a block with those of the rays `which`.
     #[inline(always)]
     fn triangle<O: Order>(&self, block: &Block, k: usize, which: L::M, met: &mut Met) {
@@ -261,20 +280,7 @@ impl Tree {
             };
             match below {
                 Below::Node(index) if together => {
-                    let node = &self.nodes[index as usize];
-                    let (entering, from) = (lanes.mask(rays), stack.len());
-                    for i in 0..WIDTH {
-                        // Where the order does not matter, the largest is put aside last.
-                        let slot = if O::NEAREST_FIRST { i } else { WIDTH - 1 - i };
-                        let Some(planes) = node.child_planes(slot) else { continue };
-                        let ([near, _], entered) = packet.clip(planes, lanes.load(&met.limit));
-                        let rays = (entered & entering).bits();
-                        if rays != 0 {
-                            let near = near.lane(rays.trailing_zeros());
-                            let entry = Entry { near, rays, child: node.children[slot].bits() };
-                            if O::NEAREST_FIRST { stack.push_sorted(from, entry) } else { stack.push(entry) }
-                        }
-                    }
+                    packet.enter::<O>(&self.nodes[index as usize], rays, met, &mut stack);
                 }
                 Below::Blocks { first, count } => {
                     for block in &self.blocks[first as usize..][..count as usize] {
