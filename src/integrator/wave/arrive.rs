@@ -10,7 +10,7 @@ use super::{
 };
 use crate::{
     integrator::Integrator,
-    lanes::{Lanes, Mask, Work},
+    lanes::{Lanes, Mask, Vector, Work},
     path::Step,
     scene::{
         bsdf::{Bsdfs, Kind, Transport},
@@ -61,7 +61,7 @@ impl Integrator {
             let mut met = hits.any(lanes, i) & all;
             let (in_world, index, b) = hits.places(lanes, i);
             let mut plain = scene.plain_points(lanes, met & in_world, index, b);
-            plain.which = self.met_first(stage, walks, hits, i, plain.which);
+            plain.which = self.met_first(stage, (walks, &walk), hits, i, plain.which);
             // One call for all: each would be a copy of what it does.
             for group in Group::ALL {
                 let other;
@@ -110,7 +110,7 @@ impl Integrator {
     fn met_first<L: Lanes>(
         &self,
         Stage { lanes, scene, .. }: Stage<'_, L>,
-        walks: &Walks,
+        (walks, walk): (&Walks, &Walk<L>),
         hits: &Hits,
         at: usize,
         plain: L::M,
@@ -118,13 +118,16 @@ impl Integrator {
         if !scene.geometry().has_coincident() {
             return plain;
         }
+        // Nothing hides plain points.
+        let cos = walk.normal.dot(walk.departure.direction);
+        let close = plain & scene.geometry().may_be_in_planes(hits.distances(lanes, at), cos);
         let mut first = 0;
-        for k in plain.lanes() {
+        for k in close.lanes() {
             let (ray, left) = (walks.ray(at + k), walks.left(at + k));
             let is_first = |hit| scene.geometry().is_met_first(&ray, left, &hit);
             first |= u32::from(hits.get(at + k).is_some_and(is_first)) << k;
         }
-        plain & lanes.mask(first)
+        plain & (!close | lanes.mask(first))
     }
 
     /// What the walks of the lanes `which` do at `point`.

@@ -2,13 +2,13 @@
 
 use super::{
     Stage, WaveSink, count,
-    queue::{Connection, Connections},
+    queue::{Connection, Connections, Ends},
     store::LightEnd,
     words,
 };
 use crate::{
     integrator::Integrator,
-    lanes::{Float, Lanes, Work},
+    lanes::{Float, Lanes, Vector, Work},
     path::{Around, Joint, Step, Strategy, Tail, are_directions, is_hittable},
     sampling::PdfArea,
     scene::{Scene, bsdf::Bsdfs, geometry::Ray, point::Point},
@@ -64,10 +64,16 @@ impl<L: Lanes, S: WaveSink> Work for Join<'_, L, S> {
         sink.shadow_rays(count(open) * times as usize);
         let (lens, end) = (&z.step.vertex.point, &y.step.vertex.point);
         let share = integrator.share(stage, strategy, &joint, z, (end, &y.tail, y.is_hittable));
+        let ray = Ray::joining(lens, end);
+        let mut ends = None;
+        if scene.geometry().has_coincident() {
+            let cosines = [lens.normal.dot(ray.direction), end.normal.dot(ray.direction)];
+            ends = Some(Ends { positions: [lens.position, end.position], cosines });
+        }
         let connection = Connection::<L> {
-            ray: Ray::joining(lens, end),
+            ray,
             primitives: [words(lanes, lens), words(lanes, end)],
-            ends: [lens.position, end.position],
+            ends,
             value: contribution.times(share),
             raster: joint.raster.unwrap_or(z.raster),
             strategy,

@@ -57,7 +57,7 @@ impl Integrator {
         let Stage { lanes, kind, seed, .. } = stage;
         let Wave { walks, queues, .. } = wave;
         walks.0.clear(starts.len);
-        queues.connections.0.clear(starts.len * self.connections_of_each(stage, &queues.light_vertices));
+        queues.connections.clear(starts.len * self.connections_of_each(stage, &queues.light_vertices));
         if stage.scene.media().is_some() {
             queues.inside.clear();
             queues.inside.resize(starts.len, Inside::NOTHING);

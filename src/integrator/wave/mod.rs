@@ -310,7 +310,7 @@ impl Integrator {
         let of_each = self.connections_of_each(stage, &wave.queues.light_vertices);
         let part = (CONNECTIONS / of_each.max(1)).max(1).next_multiple_of(MOST);
         for from in (0..len).step_by(part) {
-            wave.queues.connections.0.clear(part.min(len) * of_each);
+            wave.queues.connections.clear(part.min(len) * of_each);
             self.arrive(stage, from..len.min(from + part), wave, sink);
             self.look(stage, wave, sink);
         }
@@ -332,7 +332,7 @@ impl Integrator {
             let blocked = obstacles.any(lanes, i);
             let mut open = !blocked & lanes.first(len - i);
             if scene.geometry().has_coincident() {
-                open = open | lanes.mask(connections.see_despite(scene, i, blocked & lanes.first(len - i), obstacles));
+                open = open | connections.see_despite(scene, i, blocked & lanes.first(len - i), obstacles, lanes);
             }
             seen.push_of(lanes, connections, i, open);
         }

@@ -296,9 +296,10 @@ impl Walks {
 pub struct Connection<L: Lanes> {
     /// The segment.
     pub ray: Ray<L::V>,
-    /// The primitives of both ends, and where they are.
+    /// The primitives of both ends.
     pub primitives: [[L::U; 2]; 2],
-    pub ends: [L::V; 2],
+    /// Where surfaces coincide.
+    pub ends: Option<Ends<L>>,
     /// What it deposits if nothing is in the way.
     pub value: Rgb<L::V>,
     /// Where.
@@ -307,20 +308,38 @@ pub struct Connection<L: Lanes> {
     pub strategy: Strategy,
 }
 
-/// Connections side by side.
+/// What is asked of both ends of a connection if something lies between them.
+#[derive(Clone, Copy, Debug)]
+pub struct Ends<L: Lanes> {
+    /// Where they are.
+    pub positions: [L::V; 2],
+    /// The cosines of the ray to their planes.
+    pub cosines: [L::F; 2],
+}
+
+/// Connections side by side; and their [`Ends`], where there are any.
 #[derive(Clone, Debug, Default)]
-pub struct Connections(pub Columns<18, 5>);
+pub struct Connections(pub Columns<12, 5>, Columns<8, 0>);
 
 impl Connections {
+    /// Forgets all, and makes room for so many.
+    pub fn clear(&mut self, room: usize) {
+        self.0.clear(room);
+        self.1.clear(room);
+    }
+
     #[inline(always)]
     pub fn push<L: Lanes>(&mut self, connection: &Connection<L>, which: L::M) {
         let Connection { ray, primitives: [[a, b], [c, d]], ends, value, raster: [x, y], strategy } = connection;
         let ([i, j, k], [l, m, n]) = (ray.origin.coordinates(), ray.direction.coordinates());
         let [r, g, blue] = value.channels().coordinates();
-        let [[o, p, q], [s, t, u]] = [ends[0].coordinates(), ends[1].coordinates()];
-        let numbers = [i, j, k, l, m, n, ray.t_max, r, g, blue, *x, *y, o, p, q, s, t, u];
         let light_vertices = x.lanes().splat_u(strategy.s);
+        let numbers = [i, j, k, l, m, n, ray.t_max, r, g, blue, *x, *y];
         self.0.push::<L>((numbers, [*a, *b, *c, *d, light_vertices]), which);
+        if let Some(Ends { positions: [a, b], cosines: [cos_a, cos_b] }) = ends {
+            let ([i, j, k], [l, m, n]) = (a.coordinates(), b.coordinates());
+            self.1.push::<L>(([i, j, k, l, m, n, *cos_a, *cos_b], []), which);
+        }
     }
 
     /// All rays.
@@ -335,16 +354,20 @@ impl Connections {
         }
     }
 
-    /// Of the connections in the lanes `blocked` of the group from the `from`-th on, a bit for each whose ends see each
-    /// other although there is an obstacle.
+    /// Of the connections in the lanes `blocked` of the group from the `from`-th on, those whose ends see each other
+    /// although there is an obstacle.
     #[inline(always)]
-    pub fn see_despite(&self, scene: &Scene, from: usize, blocked: impl Mask, obstacles: &Hits) -> u32 {
+    pub fn see_despite<L: Lanes>(&self, scene: &Scene, from: usize, blocked: L::M, obstacles: &Hits, lanes: L) -> L::M {
+        let geometry = scene.geometry();
+        let (t, t_max) = (obstacles.distances(lanes, from), lanes.load(&self.0.numbers[6][from..]));
+        let cos = |end: usize| lanes.load(&self.1.numbers[6 + end][from..]);
+        let close = geometry.may_be_in_planes(t, cos(0)) | geometry.may_be_in_planes(t_max - t, cos(1));
         let mut open = 0;
-        for k in blocked.lanes() {
+        for k in (blocked & close).lanes() {
             let sees = obstacles.get(from + k).is_none_or(|hit| self.sees_despite(scene, from + k, &hit));
             open |= u32::from(sees) << k;
         }
-        open
+        lanes.mask(open)
     }
 
     /// Whether the ends of the `at`-th see each other although `hit` lies between them: where surfaces coincide, what
@@ -352,6 +375,7 @@ impl Connections {
     #[inline(never)]
     fn sees_despite(&self, scene: &Scene, at: usize, hit: &Hit) -> bool {
         let v = |i: usize| glam::Vec3::from([i, i + 1, i + 2].map(|i| self.0.numbers[i][at]));
+        let place = |i: usize| glam::Vec3::from([i, i + 1, i + 2].map(|i| self.1.numbers[i][at]));
         let ray = Ray { origin: v(0), direction: v(3), t_max: self.0.numbers[6][at] };
         let primitives = [self.0.primitive(0, at), self.0.primitive(2, at)];
         if !scene.geometry().may_be_in_plane_of_end(&ray, primitives, hit) {
@@ -361,7 +385,7 @@ impl Connections {
             let place = if primitive == PrimitiveId::NONE { Place::Degenerate } else { Place::Surface };
             Point { place, primitive, ..Point::nowhere(position) }
         };
-        scene.sees_among_coincident(&ray, &end(v(12), primitives[0]), &end(v(15), primitives[1]))
+        scene.sees_among_coincident(&ray, &end(place(0), primitives[0]), &end(place(3), primitives[1]))
     }
 }
 

@@ -16,6 +16,7 @@ use std::ops::ControlFlow;
 use glam::{Vec2, Vec3};
 
 use super::{Bounds, Geometry, Hit, PrimitiveId, Ray, Surface};
+use crate::lanes::{Float, Lanes};
 
 /// Which of coincident surfaces is there rather than others.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -152,10 +153,22 @@ impl Geometry {
         if !self.may_coincide(primitive) {
             return false;
         }
-        let reach = self.coincident.as_ref().map_or(0.0, |found| found.reach);
-        // The ray's ends and the hit are each as near to where they are computed as surfaces that coincide are to each
-        // other.
-        t * self.plane_normal(primitive).dot(direction).abs() <= 4.0 * reach
+        t * self.plane_normal(primitive).dot(direction).abs() <= self.reach_of_planes()
+    }
+
+    /// So far from a plane, as far as the cosine and the distance along a ray tell, something may still be in it: the
+    /// ray's ends and the hit are each as near to where they are computed as surfaces that coincide are to each other.
+    #[inline(always)]
+    fn reach_of_planes(&self) -> f32 {
+        4.0 * self.coincident.as_ref().map_or(0.0, |found| found.reach)
+    }
+
+    /// Of what is so far along a ray from places in planes whose cosines to it are these, where it may be in the plane:
+    /// wherever [`Self::may_be_in_plane_of_end`] and [`Self::is_met_first`] would look at it more closely.
+    #[inline(always)]
+    pub(crate) fn may_be_in_planes<F: Float>(&self, distance: F, cos: F) -> <F::Lanes as Lanes>::M {
+        // The plane's normal may be rounded otherwise there.
+        (distance * cos.abs()).le(cos.lanes().splat(2.0 * self.reach_of_planes()))
     }
 
     #[inline(always)]

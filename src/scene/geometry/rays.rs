@@ -174,6 +174,12 @@ impl Hits {
         (in_world, lanes.load_u(&self.index[from..]), [lanes.load(&b[from..]), lanes.load(&c[from..])])
     }
 
+    /// How far the hits from the `from`-th ray on are along theirs, one for each lane; anything where there is none.
+    #[inline(always)]
+    pub(crate) fn distances<L: Lanes>(&self, lanes: L, from: usize) -> L::F {
+        lanes.load(&self.t[from..])
+    }
+
     /// All of them, in the order of the rays.
     pub fn iter(&self) -> impl Iterator<Item = Option<Hit>> {
         (0..self.len).map(|i| self.get(i))
