@@ -99,7 +99,7 @@ impl<'a> Renderer<'a> {
                     Instructions::Portable => {}
                     #[cfg(target_arch = "x86_64")]
                     Instructions::Avx2(lanes) => {
-                        lanes.call(Tile { renderer: self, lanes, starts, wave, sink: &mut sink })
+                        lanes.call(Tile { renderer: self, lanes, starts, wave, sink: &mut sink });
                     }
                     #[cfg(target_arch = "x86_64")]
                     Instructions::Avx512(lanes) => {

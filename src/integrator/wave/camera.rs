@@ -186,10 +186,13 @@ impl Integrator {
     }
 }
 
+/// Points of lights, their densities, and where there is one.
+type Points<L> = (Point<L, Bsdfs<L>>, PdfArea<<L as Lanes>::F>, <L as Lanes>::M);
+
 /// What next-event estimation has sampled.
 enum Ends<L: Lanes> {
-    /// Points of few lights, their densities, and where there is one.
-    Plain(Point<L, Bsdfs<L>>, PdfArea<L::F>, L::M),
+    /// Of few lights.
+    Plain(Points<L>),
     /// Of points of any lights, which are elsewhere, the densities, and a bit for each lane that has one.
     Any(PdfArea<L::F>, u32),
 }
@@ -213,7 +216,7 @@ impl<L: Lanes> Ends<L> {
             let light = lights.choose([high, low]);
             let points = scene.plain_points(lanes, which, light.triangle, warp::triangle(square.coordinates()));
             let some = which & points.which & lanes.splat(0.0).lt(light.density);
-            return Self::Plain(points.point, PdfArea(light.density), some);
+            return Self::Plain((points.point, PdfArea(light.density), some));
         }
         let receivers = Receiver::all(&here.vertex.point);
         let nth = n % scene.lights().next_event_samples();
@@ -231,9 +234,12 @@ impl<L: Lanes> Ends<L> {
 
     /// Those that are such `place`s, and where there is one.
     #[inline(always)]
-    fn at(&self, lanes: L, place: Place, points: &[Point; MOST]) -> Option<(Point<L, Bsdfs<L>>, PdfArea<L::F>, L::M)> {
+    fn at(&self, lanes: L, place: Place, points: &[Point; MOST]) -> Option<Points<L>> {
         match self {
-            Self::Plain(point, pdf, some) => (place == Place::Surface && some.any()).then_some((*point, *pdf, *some)),
+            Self::Plain(points) => {
+                let (_, _, some) = points;
+                (place == Place::Surface && some.any()).then_some(*points)
+            }
             Self::Any(pdf, some) => {
                 let which = lanes.condition(|k| some >> k & 1 == 1 && points[k].place == place);
                 if !which.any() {
