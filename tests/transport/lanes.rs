@@ -231,11 +231,13 @@ fn smooth_glass_and_mirrors() {
         ("inside", inside, false, &sky()),
         ("touching", outside, true, &[]),
     ] {
-        let scene = glassy(SENSOR, eye, touching, sky);
-        for integrator in WAVES.into_iter().chain([IntegratorKind::PathHemisphere]) {
-            for roulette in [Roulette::FromDepth(3), Roulette::ByThroughput(2)] {
-                let settings = Settings { roulette, max_depth: 9, ..settings(integrator) };
-                assert_waves_do_not_matter(name, &scene, &settings);
+        for choice in [LightChoice::Power, LightChoice::Tree] {
+            let scene = glassy(SENSOR, eye, touching, sky).choosing_lights(choice);
+            for integrator in WAVES.into_iter().chain([IntegratorKind::PathHemisphere]) {
+                for roulette in [Roulette::FromDepth(3), Roulette::ByThroughput(2)] {
+                    let settings = Settings { roulette, max_depth: 9, ..settings(integrator) };
+                    assert_waves_do_not_matter(name, &scene, &settings);
+                }
             }
         }
     }
@@ -259,9 +261,31 @@ fn a_table_that_weighs_by_more_than_it_evaluates() {
 fn threads_that_wait_for_each_other() {
     // Enough triangles for what waves load to be divided among threads.
     let scene = scenes::load_file(&Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/caustic-sphere.glb"), SENSOR);
-    let pool = rayon::ThreadPoolBuilder::new().num_threads(16).build().unwrap();
+    // And one, which goes from tile to tile with what the tile before has left.
+    for threads in [16, 1] {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+        for integrator in WAVES {
+            pool.install(|| assert_waves_do_not_matter("threads", &scene, &settings(integrator)));
+        }
+    }
+}
+
+#[test]
+fn a_lamp_in_the_plane_of_the_ceiling() {
+    let materials = vec![
+        Material::diffuse("white", Rgb::new(0.7, 0.72, 0.68)),
+        Material::diffuse("lamp", Rgb::splat(0.3)).emitting(Rgb::new(2.0, 1.5, 1.0)),
+    ];
+    let mut g = Geometry::default();
+    let v = Vec3::new;
+    let ceiling = |half: f32| [v(-half, 0.7, -half), v(half, 0.7, -half), v(half, 0.7, half), v(-half, 0.7, half)];
+    scenes::quad(&mut g, [v(-1.0, -1.0, -1.0), v(-1.0, -1.0, 1.0), v(1.0, -1.0, 1.0), v(1.0, -1.0, -1.0)], 0);
+    scenes::quad(&mut g, ceiling(1.0), 0);
+    scenes::quad(&mut g, ceiling(0.3), 1);
+    let camera = Camera::look_at(v(0.1, 0.0, 2.8), v(0.0, -0.1, -1.0), Vec3::Y, 0.9, SENSOR);
+    let scene = Scene::new(g, materials, &[], camera);
     for integrator in WAVES {
-        pool.install(|| assert_waves_do_not_matter("sixteen threads", &scene, &settings(integrator)));
+        assert_waves_do_not_matter("flush", &scene, &settings(integrator));
     }
 }
 

@@ -180,29 +180,28 @@ impl<L: Lanes, S: WaveSink> Work for Arrive<'_, L, S> {
     fn work(self) {
         let Self { integrator, stage, walk, place, which, point, queues, sink } = self;
         let Stage { lanes, vertices, transport, light_vertices, .. } = stage;
-        let mut walk = *walk;
+        let mut next_event_ratio = walk.next_event_ratio;
         let from = walk.from(place);
         let here = Step::arriving(&walk.departure, &from, *point, lanes.splat(1.0));
         sink.walked(transport, count(which));
         match transport {
             Transport::Radiance => {
-                integrator.hit(stage, &walk, &from, &here, which, sink);
+                integrator.hit(stage, walk, &from, &here, which, sink);
                 if point.place == Place::Infinite {
                     return;
                 }
-                integrator.connect(stage, &walk, &here, which, queues, sink);
+                integrator.connect(stage, walk, &here, which, queues, sink);
             }
             Transport::Importance => {
                 if vertices == 2 {
-                    walk.next_event_ratio =
-                        integrator.next_event_ratio(stage, &walk, (place, which), &here, &queues.lights);
+                    next_event_ratio = integrator.next_event_ratio(stage, walk, (place, which), &here, &queues.lights);
                 }
                 let which = which & here.vertex.point.bsdf.has_continuous(lanes);
                 let end = LightEnd {
                     step: here,
                     tail: walk.tail(&here),
                     is_hittable: has(walk.flags, HITTABLE),
-                    next_event_ratio: walk.next_event_ratio,
+                    next_event_ratio,
                 };
                 integrator.splat(stage, &end, which & has(walk.flags, SPLATS), &mut queues.connections, sink);
                 let kept = which & has(walk.flags, CONNECTS);
@@ -214,8 +213,8 @@ impl<L: Lanes, S: WaveSink> Work for Arrive<'_, L, S> {
         let goes_on = which & stage.has_next(walk.flags);
         if goes_on.any() {
             let Queues { next, inside, .. } = queues;
-            let (walk, here) = (&walk, &here);
-            lanes.call(Leave { integrator, stage, walk, here, which: goes_on, next, inside, sink });
+            let here = &here;
+            lanes.call(Leave { integrator, stage, walk, here, next_event_ratio, which: goes_on, next, inside, sink });
         }
     }
 }

@@ -24,6 +24,8 @@ pub(super) struct Leave<'a, L: Lanes, S> {
     pub stage: Stage<'a, L>,
     pub walk: &'a Walk<L>,
     pub here: &'a Step<L, Bsdfs<L>>,
+    /// See [`Walk::next_event_ratio`]; known since the walk has come here.
+    pub next_event_ratio: L::F,
     pub which: L::M,
     pub next: &'a mut Walks,
     pub inside: &'a mut [Inside],
@@ -35,7 +37,7 @@ impl<L: Lanes, S: WaveSink> Work for Leave<'_, L, S> {
 
     #[inline(always)]
     fn work(self) {
-        let Self { integrator, stage, walk, here, which, next, inside, sink } = self;
+        let Self { integrator, stage, walk, here, next_event_ratio, which, next, inside, sink } = self;
         let Stage { lanes, vertices, transport, .. } = stage;
         let stream = if transport == Transport::Radiance { Stream::Camera } else { Stream::Light };
         let mut numbers = stage.numbers([walk.scrambles[0], walk.index], stream, stage.taken());
@@ -61,6 +63,7 @@ impl<L: Lanes, S: WaveSink> Work for Leave<'_, L, S> {
             primitive: words(lanes, p),
             pdf_fwd: here.pdf_fwd,
             rivals: rivals_before(stage, walk, scattered.reverse),
+            next_event_ratio,
             flags,
             ..*walk
         };
