@@ -6,7 +6,7 @@ use glam::Vec3;
 
 use crate::{
     lanes::{Float, Lanes, MOST, Mask, One, Vector},
-    math::Rgb,
+    math::{Frame, Rgb},
     sampling::PdfSolidAngle,
     scene::{
         bsdf::{Bsdf, BsdfSample, Bsdfs, Directions, Lobe, Scatter, Transport},
@@ -228,20 +228,15 @@ impl<L: Lanes> Surfaces<L> for Bsdfs<L> {
                 let (direction, scatter) = diffuse.sample_around(n, known, transport, [u[0], u[1]]);
                 (direction, scatter, lanes.each(|_| Lobe::Continuous), none)
             }
-            // Deltas are the same by every rule.
-            Self::Glass(glass) => {
-                let (direction, refracts, scatter) = glass.sample_around(n, known, transport, u[2]);
-                (direction, scatter, deltas(lanes, refracts), all)
+            _ => {
+                // Deltas are the same by every rule.
+                let frame = Frame::around(n);
+                let Some(deltas) = self.sample_delta(frame.to_local(known), transport, u[2]) else {
+                    return sample_each(self, n, directions, known, transport, u);
+                };
+                let (direction, second, scatter) = deltas;
+                (frame.to_world(direction).normalize(), scatter, which_delta(lanes, second), all)
             }
-            Self::Pane(pane) => {
-                let (direction, passes, scatter) = pane.sample_around(n, known, transport, u[2]);
-                (direction, scatter, deltas(lanes, passes), all)
-            }
-            Self::Mirror(mirror) => {
-                let (direction, scatter) = mirror.sample_around(n, known, transport);
-                (direction, scatter, lanes.each(|_| Lobe::Delta(0)), all)
-            }
-            _ => return sample_each(self, n, directions, known, transport, u),
         };
         let some = scatter.is_sampled(transport);
         Sampled { direction, lobe, is_delta, scatter, some, lost_to_sides: none }
@@ -267,7 +262,7 @@ impl<L: Lanes> Surfaces<L> for Bsdfs<L> {
 
 /// The second of two deltas where the condition holds, and the first elsewhere.
 #[inline(always)]
-fn deltas<L: Lanes>(lanes: L, second: L::M) -> L::Each<Lobe> {
+fn which_delta<L: Lanes>(lanes: L, second: L::M) -> L::Each<Lobe> {
     let second = second.bits();
     lanes.each(|k| Lobe::Delta((second >> k & 1) as u8))
 }

@@ -244,6 +244,33 @@ fn smooth_glass_and_mirrors() {
     }
 }
 
+/// Where glass goes in lanes, bodies keep apart; what a walk is in matters to those that do not go in lanes.
+#[test]
+fn a_camera_in_one_of_two_bodies() {
+    let mut rough = Material::glass("rough", 1.7);
+    if let Bsdf::Dielectric(glass) = &mut rough.bsdf {
+        glass.alpha = 0.2;
+    }
+    let materials = vec![
+        Material::diffuse("white", Rgb::new(0.7, 0.72, 0.68)),
+        Material::glass("smooth", 1.3),
+        rough,
+        Material::diffuse("lamp", Rgb::splat(0.3)).emitting(Rgb::new(2.0, 1.5, 1.0)),
+    ];
+    let mut g = Geometry::default();
+    let v = Vec3::new;
+    scenes::quad(&mut g, [v(-1.0, -1.0, -1.0), v(-1.0, -1.0, 1.0), v(1.0, -1.0, 1.0), v(1.0, -1.0, -1.0)], 0);
+    scenes::quad(&mut g, [v(-0.4, 0.7, -0.4), v(0.4, 0.7, -0.4), v(0.4, 0.7, 0.4), v(-0.4, 0.7, 0.4)], 3);
+    let eye = v(0.0, 0.1, 1.6);
+    octahedron(&mut g, eye, 0.4, 1);
+    octahedron(&mut g, v(0.1, -0.2, -0.2), 0.6, 2);
+    let camera = Camera::look_at(eye, v(0.0, -0.3, -1.0), Vec3::Y, 0.9, SENSOR);
+    let scene = Scene::new(g, materials, &[], camera);
+    for integrator in WAVES {
+        assert_waves_do_not_matter("apart", &scene, &settings(integrator));
+    }
+}
+
 #[test]
 fn a_table_that_weighs_by_more_than_it_evaluates() {
     let scene = plain(SENSOR, 3, &[]);

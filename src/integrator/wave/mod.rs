@@ -141,16 +141,6 @@ impl Starts {
         self.len += 1;
     }
 
-    /// How many there are.
-    pub fn len(&self) -> usize {
-        self.len
-    }
-
-    /// Whether there are none.
-    pub fn is_empty(&self) -> bool {
-        self.len == 0
-    }
-
     /// Fills the last lanes, and puts all in order.
     fn pad(&mut self) {
         let room = self.len.next_multiple_of(MOST);

@@ -1,6 +1,6 @@
 //! BSDFs in several lanes.
 
-use super::{Bsdf, Dielectric, Diffuse, Glass, MetallicRoughness, Mirror, Pane, ThinDielectric};
+use super::{Bsdf, Dielectric, Diffuse, Glass, MetallicRoughness, Mirror, Pane, Scatter, ThinDielectric, Transport};
 use crate::{
     lanes::{Float, Lanes, Mask, Vector},
     math::Rgb,
@@ -114,6 +114,21 @@ impl<L: Lanes> Bsdfs<L> {
             Kind::Glass => Self::Glass(Glass { color, ior }),
             Kind::Pane => Self::Pane(Pane { color, ior }),
             Kind::Mirror => Self::Mirror(Mirror { color }),
+        }
+    }
+
+    /// A direction across from `known`, both in the frames of the surfaces, where it belongs to the second delta and
+    /// not to the first, and the value and the densities there; `None` of what has other lobes.
+    #[inline(always)]
+    pub fn sample_delta(&self, known: L::V, transport: Transport, u: L::F) -> Option<(L::V, L::M, Scatter<L>)> {
+        match self {
+            Self::Glass(glass) => Some(glass.sample(known, transport, u)),
+            Self::Pane(pane) => Some(pane.sample(known, transport, u)),
+            Self::Mirror(mirror) => {
+                let (direction, scatter) = mirror.sample(known, transport);
+                Some((direction, u.lanes().mask(0), scatter))
+            }
+            Self::Diffuse(_) | Self::Each(..) => None,
         }
     }
 

@@ -5,7 +5,7 @@ use glam::Vec3;
 use super::{Scatter, Transport, fresnel, is_grazing, layer::ratio, mirrored};
 use crate::{
     lanes::{Float, Lanes, Select, Vector},
-    math::{Frame, Rgb},
+    math::Rgb,
 };
 
 /// A smooth dielectric boundary without any plastic: [`Delta(0)`](super::Lobe::Delta), the reflection, and `Delta(1)`,
@@ -103,20 +103,6 @@ impl<V: Vector> Glass<V> {
         let [_, _, sampled] = direction.coordinates();
         let (cos_camera, cos_light) = transport.sides(z, sampled);
         (direction, !reflects, self.between(cos_camera, cos_light).only(!is_grazing(z)))
-    }
-
-    /// The same for unit world directions at a surface with the unit normal `n`.
-    #[inline(always)]
-    pub fn sample_around(
-        &self,
-        n: V,
-        known: V,
-        transport: Transport,
-        u: V::F,
-    ) -> (V, <V::Lanes as Lanes>::M, Scatter<V::Lanes>) {
-        let frame = Frame::around(n);
-        let (direction, refracts, scatter) = self.sample(frame.to_local(known), transport, u);
-        (frame.to_world(direction).normalize(), refracts, scatter)
     }
 }
 

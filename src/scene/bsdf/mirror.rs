@@ -5,7 +5,7 @@ use glam::Vec3;
 use super::{Scatter, Transport, fresnel, is_grazing, mirrored};
 use crate::{
     lanes::{Float, Lanes, Vector},
-    math::{Frame, Rgb},
+    math::Rgb,
 };
 
 /// A smooth metal, the same from both sides: [`Delta(0)`](super::Lobe::Delta) alone. In several lanes a mirror in each.
@@ -32,13 +32,5 @@ impl<V: Vector> Mirror<V> {
         let [[_, _, known], [_, _, sampled]] = [known.coordinates(), direction.coordinates()];
         let (cos_camera, cos_light) = transport.sides(known, sampled);
         (direction, self.between(cos_camera, cos_light).only(!is_grazing(known)))
-    }
-
-    /// The same for unit world directions at a surface with the unit normal `n`.
-    #[inline(always)]
-    pub fn sample_around(&self, n: V, known: V, transport: Transport) -> (V, Scatter<V::Lanes>) {
-        let frame = Frame::around(n);
-        let (direction, scatter) = self.sample(frame.to_local(known), transport);
-        (frame.to_world(direction).normalize(), scatter)
     }
 }

@@ -5,7 +5,7 @@ use glam::Vec3;
 use super::{Scatter, Transport, fresnel, glass::probabilities, is_grazing, mirrored};
 use crate::{
     lanes::{Float, Lanes, Select, Vector},
-    math::{Frame, Rgb},
+    math::Rgb,
 };
 
 /// A smooth thin-walled dielectric without any plastic, the same from both sides: [`Delta(0)`](super::Lobe::Delta), the
@@ -47,20 +47,6 @@ impl<V: Vector> Pane<V> {
         let [_, _, sampled] = direction.coordinates();
         let (cos_camera, cos_light) = transport.sides(z, sampled);
         (direction, !reflects, self.between(cos_camera, cos_light).only(!is_grazing(z)))
-    }
-
-    /// The same for unit world directions at a surface with the unit normal `n`.
-    #[inline(always)]
-    pub fn sample_around(
-        &self,
-        n: V,
-        known: V,
-        transport: Transport,
-        u: V::F,
-    ) -> (V, <V::Lanes as Lanes>::M, Scatter<V::Lanes>) {
-        let frame = Frame::around(n);
-        let (direction, passes, scatter) = self.sample(frame.to_local(known), transport, u);
-        (frame.to_world(direction).normalize(), passes, scatter)
     }
 }
 
