@@ -50,8 +50,28 @@ impl Sampled {
     }
 }
 
+impl<L: Lanes> Sampled<L> {
+    /// No direction, in any lane, for want of a side.
+    #[inline(always)]
+    fn lost(lanes: L) -> Self {
+        let none = lanes.mask(0);
+        Self {
+            direction: lanes.splat_v([0.0, 0.0, 1.0]),
+            lobe: lanes.each(|_| Lobe::Continuous),
+            is_delta: none,
+            scatter: Scatter::nothing(lanes),
+            some: none,
+            lost_to_sides: lanes.first(L::N),
+        }
+    }
+}
+
 /// The BSDFs at the points in all lanes.
 pub trait Surfaces<L: Lanes>: Copy + Debug {
+    /// The same, to be asked about in the lanes `which` alone, of which there is one.
+    #[must_use]
+    fn only(self, which: L::M) -> Self;
+
     /// f of `lobe` with the densities of both directions, for unit world directions at surfaces with the unit normals
     /// `n`: see [`Bsdf::eval_around`].
     fn scatter_around(&self, n: L::V, lobe: Lobe, to_camera: L::V, to_light: L::V) -> Scatter<L>;
@@ -137,10 +157,16 @@ fn scatter_tilted<L: Lanes, B: Surfaces<L>>(
 ) -> Scatter<L> {
     let tilt = Tilt::at(at);
     let (camera, light) = (tilt.to_shading(to_camera), tilt.to_shading(to_light));
-    let is_delta = at.alpha.lanes().mask(if lobe == Lobe::Continuous { 0 } else { u32::MAX });
-    let scatter = at.bsdf.scatter_around(tilt.shading_normal(), lobe, camera.direction, light.direction);
+    let lanes = at.alpha.lanes();
+    let keep_sides = camera.keeps_side() & light.keeps_side();
+    if !keep_sides.any() {
+        return Scatter::nothing(lanes);
+    }
+    let is_delta = lanes.mask(if lobe == Lobe::Continuous { 0 } else { u32::MAX });
+    let bsdf = at.bsdf.only(keep_sides);
+    let scatter = bsdf.scatter_around(tilt.shading_normal(), lobe, camera.direction, light.direction);
     let f = scatter.f.times(light.factor(is_delta));
-    Tilt::densities(is_delta, Scatter { f, ..scatter }, &camera, &light).only(camera.keeps_side() & light.keeps_side())
+    Tilt::densities(is_delta, Scatter { f, ..scatter }, &camera, &light).only(keep_sides)
 }
 
 #[inline(always)]
@@ -153,22 +179,32 @@ fn sample_tilted<L: Lanes, B: Surfaces<L>>(
 ) -> Sampled<L> {
     let tilt = Tilt::at(at);
     let before = tilt.to_shading(known);
-    let sample = at.bsdf.sample_around(tilt.shading_normal(), directions, before.direction, transport, u);
+    // What has no side may have no direction either, or no N_s: no BSDF can be asked about it.
+    let keeps_side = before.keeps_side();
+    if !keeps_side.any() {
+        return Sampled::lost(at.alpha.lanes());
+    }
+    let bsdf = at.bsdf.only(keeps_side);
+    let sample = bsdf.sample_around(tilt.shading_normal(), directions, before.direction, transport, u);
     let after = tilt.to_surface(sample.direction);
     let (camera, light) = transport.sides(before, after);
     let f = sample.scatter.f.times(light.factor(sample.is_delta));
     let scatter = Tilt::densities(sample.is_delta, Scatter { f, ..sample.scatter }, &camera, &light);
-    let keep_sides = before.keeps_side() & after.keeps_side();
     Sampled {
         direction: after.direction,
         scatter,
-        some: sample.some & keep_sides & leaves_plane(at, after.direction),
-        lost_to_sides: !before.keeps_side() | sample.some & !after.keeps_side(),
+        some: sample.some & keeps_side & after.keeps_side() & leaves_plane(at, after.direction),
+        lost_to_sides: !keeps_side | sample.some & !after.keeps_side(),
         ..sample
     }
 }
 
 impl Surfaces<One> for Bsdf {
+    #[inline(always)]
+    fn only(self, _: bool) -> Self {
+        self
+    }
+
     #[inline(always)]
     fn scatter_around(&self, n: Vec3, lobe: Lobe, to_camera: Vec3, to_light: Vec3) -> Scatter {
         self.eval_around(n, lobe, to_camera, to_light)
@@ -204,6 +240,14 @@ impl Surfaces<One> for Bsdf {
 }
 
 impl<L: Lanes> Surfaces<L> for Bsdfs<L> {
+    #[inline(always)]
+    fn only(self, which: L::M) -> Self {
+        match self {
+            Self::Each(bsdfs, some) => Self::Each(bsdfs, some & which),
+            Self::Diffuse(_) | Self::Glass(_) | Self::Pane(_) | Self::Mirror(_) => self,
+        }
+    }
+
     #[inline(always)]
     fn scatter_around(&self, n: L::V, lobe: Lobe, to_camera: L::V, to_light: L::V) -> Scatter<L> {
         match self {

@@ -29,7 +29,7 @@ fn bsdfs(kind: usize) -> [Bsdf; N] {
             2 => Bsdf::Thin(ThinDielectric { color, ior, alpha: 0.0, transmission: 1.0 }),
             3 => Bsdf::MetallicRoughness(MetallicRoughness::metal(color, 0.0)),
             4 => Bsdf::Dielectric(Dielectric { color, ior, alpha: 0.3, transmission: 0.5 }),
-            _ => Bsdf::MetallicRoughness(MetallicRoughness::new(color, 0.5, 0.0)),
+            _ => Bsdf::MetallicRoughness(MetallicRoughness::new(color, 0.5, [0.0, 0.2][k / 6 % 2])),
         }
     })
 }
@@ -53,13 +53,17 @@ fn vectors(of: &[Vec3; N]) -> <InLanes as Lanes>::V {
     Arrays.vectors(|k| of[k].to_array())
 }
 
-/// Points whose N_s is tilted by up to so many degrees, and N_g itself in every third.
+/// Points whose N_s is tilted by up to so many degrees, and N_g itself in every third; one has none.
 fn points(bsdfs: &[Bsdf; N], degrees: f32, random: &mut Independent) -> [Point; N] {
     std::array::from_fn(|k| {
         let (normal, axis) = (warp::sphere(random.next_2d()), warp::sphere(random.next_2d()));
         let axis = normal.cross(axis).normalize();
         let tilted = (Quat::from_axis_angle(axis, (degrees * random.next_1d()).to_radians()) * normal).normalize();
-        let shading_normal = if k % 3 == 0 { normal } else { tilted };
+        let shading_normal = match k {
+            11 => Vec3::NAN,
+            _ if k % 3 == 0 => normal,
+            _ => tilted,
+        };
         Point { normal, shading_normal, bsdf: bsdfs[k], place: Place::Surface, ..Point::nowhere(Vec3::ZERO) }
     })
 }
@@ -68,7 +72,7 @@ fn points(bsdfs: &[Bsdf; N], degrees: f32, random: &mut Independent) -> [Point; 
 fn known(points: &[Point; N], random: &mut Independent) -> [Vec3; N] {
     std::array::from_fn(|k| {
         let w = warp::sphere(random.next_2d());
-        let n = if k % 2 == 0 { points[k].normal } else { points[k].shading_normal };
+        let n = if k % 2 == 0 || k == 11 { points[k].normal } else { points[k].shading_normal };
         match (random.next_1d() * 6.0) as u32 {
             0 => (w - n * n.dot(w)).normalize(),
             1 => (w - n * n.dot(w) + n * 0.01).normalize(),

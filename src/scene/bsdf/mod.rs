@@ -69,16 +69,18 @@ impl<L: Lanes> Scatter<L> {
         }
     }
 
+    /// [`Scatter::ZERO`] in all lanes.
+    #[inline(always)]
+    pub fn nothing(lanes: L) -> Self {
+        let zero = lanes.splat(0.0);
+        Self { f: Rgb::of(L::V::new(zero, zero, zero)), to_light: PdfSolidAngle(zero), to_camera: PdfSolidAngle(zero) }
+    }
+
     /// The same where the condition holds, and elsewhere [`Scatter::ZERO`].
     #[inline(always)]
     #[must_use]
     pub fn only(self, which: L::M) -> Self {
-        let zero = self.to_light.0.lanes().splat(0.0);
-        Self {
-            f: Rgb::select(which, self.f, Rgb::of(L::V::new(zero, zero, zero))),
-            to_light: PdfSolidAngle(which.select(self.to_light.0, zero)),
-            to_camera: PdfSolidAngle(which.select(self.to_camera.0, zero)),
-        }
+        Self::select(which, self, Self::nothing(self.to_light.0.lanes()))
     }
 
     /// `yes` where the condition holds, `no` elsewhere.
