@@ -1,5 +1,6 @@
 //! Colours and frames: the small mathematics everything above shares.
 
+pub mod octahedral;
 mod rgb;
 
 use glam::Vec3;

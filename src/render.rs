@@ -4,6 +4,7 @@
 mod avx2;
 mod data;
 mod deposit;
+mod merge_radius;
 mod padded;
 mod portable;
 mod settings;
@@ -25,6 +26,7 @@ use rayon::prelude::*;
 pub use self::{
     data::Data,
     deposit::{Collector, Predicate},
+    merge_radius::MergeRadius,
     settings::{Background, Settings},
     statistics::{Rays, Statistics},
     waves::Width,
@@ -36,7 +38,7 @@ use self::{
 
 use crate::{
     film::{AlphaSums, Crop, Film, FixedPoint, Half, Sums},
-    integrator::{Connects, Integrator, LightStage, Samplers, Scratch, Sink, Splats},
+    integrator::{Connects, Integrator, Kept, LightStage, LightVertexMap, Samplers, Scratch, Sink, Splats},
     lanes::Instructions,
     layers::Layers,
     path::Technique,
@@ -53,6 +55,8 @@ pub struct Renderer<'a> {
     scene: &'a Scene,
     settings: &'a Settings,
     integrator: Integrator,
+    /// Where something merges.
+    merge_radius: Option<MergeRadius>,
     /// Whether waves can do this, and the lanes for them.
     waves_serve: bool,
     lanes: Instructions,
@@ -113,9 +117,12 @@ impl<'a> Renderer<'a> {
             Background::Shown => None,
             Background::Transparent => Some(AlphaSums::new(settings.crop, settings.filter)),
         };
+        let merges = integrator.techniques().radius().is_some();
+        let merge_radius = merges.then(|| MergeRadius::of(scene, settings.merge_radius));
         Self {
             scene,
             settings,
+            merge_radius,
             waves_serve: integrator.makes_waves(scene, settings.sampler),
             lanes: waves::suitable(),
             integrator,
@@ -195,9 +202,10 @@ impl<'a> Renderer<'a> {
 
     fn pass_of(&mut self, keep: Option<&Predicate<'_>>) {
         let half = Half::of_pass(self.passes.end);
+        self.set_radius();
         match self.waves().filter(|_| keep.is_none()) {
             Some(lanes) => self.pass_in_waves(lanes, half),
-            None => drop(self.tasks(|tile, scratch| self.task(tile, scratch, Destination::Film { half, keep }))),
+            None => drop(self.tasks(|part, scratch| self.task(part, scratch, Destination::Film { half, keep }))),
         }
         self.passes.end += 1;
     }
@@ -205,31 +213,50 @@ impl<'a> Renderer<'a> {
     /// A pass whose paths go to collectors of one's own instead of the film: `new` makes one for each task. They are
     /// returned in the order of tasks, which no number of threads changes.
     pub fn pass_into<C: Collector + Send>(&mut self, new: impl Fn() -> C + Sync) -> Vec<C> {
-        let collectors = self.tasks(|tile, scratch| {
+        self.set_radius();
+        let collectors = self.tasks(|part, scratch| {
             let mut collector = new();
-            self.task(tile, scratch, Destination::Collector(&mut collector));
+            self.task(part, scratch, Destination::Collector(&mut collector));
             collector
         });
         self.passes.end += 1;
         collectors
     }
 
-    /// One pass, with a task for each tile.
-    fn tasks<T: Send>(&self, task: impl Fn(u32, &mut Scratch) -> T + Sync) -> Vec<T> {
+    /// The radius of merges in the present pass.
+    fn set_radius(&mut self) {
+        if let Some(radius) = self.merge_radius {
+            self.integrator = self.integrator.clone().merging_within(radius.of_pass(self.passes.end));
+        }
+    }
+
+    /// One pass, with a task for each tile; where light vertices are kept for merges, two: all of them come first.
+    fn tasks<T: Send>(&self, task: impl Fn(Part<'_>, &mut Scratch) -> T + Sync) -> Vec<T> {
+        let Some(radius) = self.integrator.techniques().radius().filter(|_| self.integrator.merges()) else {
+            return self.sweep(Sweep::Whole, |part, scratch| task(part, scratch));
+        };
+        let from_light = self.sweep(Sweep::Light, |part, scratch| (task(part, scratch), scratch.take_kept()));
+        let (mut results, kept): (Vec<_>, Vec<_>) = from_light.into_iter().unzip();
+        let map = LightVertexMap::new(&kept.concat(), radius);
+        results.extend(self.sweep(Sweep::Camera(&map), task));
+        results
+    }
+
+    fn sweep<T: Send>(&self, sweep: Sweep<'_>, task: impl Fn(Part<'_>, &mut Scratch) -> T + Sync) -> Vec<T> {
         self.image()
             .tiles()
             .into_par_iter()
-            .map_init(|| self.integrator.scratch(), |scratch, tile| task(tile, scratch))
+            .map_init(|| self.integrator.scratch(), |scratch, tile| task(Part { tile, sweep }, scratch))
             .collect()
     }
 
     /// Brings one sample of each pixel of a tile to `destination`.
-    fn task<'s>(&'s self, tile: u32, scratch: &mut Scratch, destination: Destination<'s>) {
+    fn task<'s>(&'s self, part: Part<'_>, scratch: &mut Scratch, destination: Destination<'s>) {
         let (rays, sums) = (Rays::default(), None);
         let mut sink = TaskSink { renderer: self, rays, spared: 0, lost_to_sides: 0, destination, sums };
         let samples = match self.settings.sampler {
-            SamplerKind::Independent => self.tile_by::<Independent>(tile, scratch, &mut sink),
-            SamplerKind::Sobol => self.tile_by::<Sobol>(tile, scratch, &mut sink),
+            SamplerKind::Independent => self.tile_by::<Independent>(part, scratch, &mut sink),
+            SamplerKind::Sobol => self.tile_by::<Sobol>(part, scratch, &mut sink),
         };
         self.count_task(&sink, samples);
     }
@@ -244,25 +271,36 @@ impl<'a> Renderer<'a> {
         PaddedImage { sensor: self.scene.camera.sensor(), side: PaddedImage::TILE }
     }
 
-    fn tile_by<S: Sampler>(&self, tile: u32, scratch: &mut Scratch, sink: &mut TaskSink) -> u64 {
+    fn tile_by<S: Sampler>(&self, part: Part<'_>, scratch: &mut Scratch, sink: &mut TaskSink) -> u64 {
         match Instructions::detect() {
-            Instructions::Portable => self.tile_portable::<S>(tile, scratch, sink),
+            Instructions::Portable => self.tile_portable::<S>(part, scratch, sink),
             // SAFETY: a set of lanes exists only where the processor has it.
             #[cfg(target_arch = "x86_64")]
-            Instructions::Avx2(_) | Instructions::Avx512(_) => unsafe { self.tile_avx2::<S>(tile, scratch, sink) },
+            Instructions::Avx2(_) | Instructions::Avx512(_) => unsafe { self.tile_avx2::<S>(part, scratch, sink) },
         }
     }
 
     /// One sample of each pixel of a tile, in the present pass. Returns the number of samples that this counts as.
     #[inline(always)]
-    fn tile<S: Sampler>(&self, tile: u32, scratch: &mut Scratch, sink: &mut TaskSink) -> u64 {
-        let rounds: &[Stages] =
-            if self.integrator.shares_light_vertices() { &[Stages::Light, Stages::Camera] } else { &[Stages::Both] };
+    fn tile<S: Sampler>(&self, Part { tile, sweep }: Part<'_>, scratch: &mut Scratch, sink: &mut TaskSink) -> u64 {
+        let rounds: &[Stages] = match sweep {
+            Sweep::Light => &[Stages::Light],
+            _ if self.integrator.shares_light_vertices() => &[Stages::Light, Stages::Camera],
+            _ => &[Stages::Both],
+        };
+        let numbers = |number| {
+            let [_, light, ..] = self.streams::<S>(Pixel::of_number(number, self.scene.camera.sensor()));
+            light
+        };
+        let kept = match sweep {
+            Sweep::Camera(map) => Some(Kept { map, numbers: &numbers }),
+            _ => None,
+        };
         let mut samples = 0;
         scratch.start_over();
         for stages in rounds {
             for pixel in self.image().tile(tile) {
-                samples += self.sample::<S>(pixel, *stages, scratch, sink);
+                samples += self.sample::<S>(pixel, *stages, scratch, sink, (sweep, kept.as_ref()));
             }
         }
         samples
@@ -271,17 +309,33 @@ impl<'a> Renderer<'a> {
     /// One sample of one pixel of the padded image, or a stage of it. Returns the number of samples that this counts
     /// as.
     #[inline(always)]
-    fn sample<S: Sampler>(&self, pixel: Pixel, stages: Stages, scratch: &mut Scratch, sink: &mut TaskSink) -> u64 {
+    fn sample<S: Sampler>(
+        &self,
+        pixel: Pixel,
+        stages: Stages,
+        scratch: &mut Scratch,
+        sink: &mut TaskSink,
+        (sweep, kept): (Sweep<'_>, Option<&Kept<'_, S>>),
+    ) -> u64 {
         let mut streams = self.streams::<S>(pixel);
         let samplers = &mut Samplers::of(&mut streams);
         let serves_crop = self.serves_crop(pixel);
-        if stages == Stages::Both {
+        if stages == Stages::Both || matches!(sweep, Sweep::Light) {
             scratch.start_over();
         }
         if stages != Stages::Camera {
             let mut stage = self.light_stage(pixel);
             if stages == Stages::Light {
                 stage.connects = Connects::Yes;
+            }
+            match sweep {
+                Sweep::Whole => {}
+                Sweep::Light => {
+                    stage.connects = Connects::No;
+                    let first = pixel.number(self.scene.camera.sensor()) * self.integrator.techniques().light_paths();
+                    stage.keeps = (stage.splats == Splats::Yes).then_some(first);
+                }
+                Sweep::Camera(_) => stage.splats = Splats::No,
             }
             self.integrator.estimate_from_light(self.scene, stage, scratch, samplers, sink);
         }
@@ -295,7 +349,7 @@ impl<'a> Renderer<'a> {
                 alpha_sums.deposit(raster, self.covered(raster, samplers.camera.clone()));
                 sink.shadow_ray();
             }
-            self.integrator.estimate_from_camera(self.scene, raster, scratch, samplers, sink);
+            self.integrator.estimate_from_camera(self.scene, raster, scratch, samplers, kept, sink);
         }
         1
     }
@@ -306,6 +360,7 @@ impl<'a> Renderer<'a> {
         LightStage {
             connects: if self.serves_crop(pixel) { Connects::Yes } else { Connects::No },
             splats: if splats { Splats::Yes } else { Splats::No },
+            keeps: None,
         }
     }
 
@@ -351,6 +406,11 @@ impl<'a> Renderer<'a> {
         &self.integrator
     }
 
+    /// The radii of merges, if there are any.
+    pub fn merge_radius(&self) -> Option<MergeRadius> {
+        self.merge_radius
+    }
+
     /// The film with the sums so far.
     pub fn film(&self) -> &Film {
         &self.film
@@ -383,6 +443,24 @@ impl<'a> Renderer<'a> {
             sum.fetch_add(count, Relaxed);
         }
     }
+}
+
+/// A tile's part of a pass.
+#[derive(Clone, Copy)]
+struct Part<'a> {
+    tile: u32,
+    sweep: Sweep<'a>,
+}
+
+/// What all tiles do before any does anything else.
+#[derive(Clone, Copy)]
+enum Sweep<'a> {
+    /// All of a pass.
+    Whole,
+    /// The light subpaths, whose vertices are kept for merges.
+    Light,
+    /// The rest, with these light vertices.
+    Camera(&'a LightVertexMap),
 }
 
 /// The part of a pixel's sample that is done at once.

@@ -5,7 +5,7 @@
 //! and weights use. Where surfaces touch, its variance is infinite (∫G² diverges): compare it in scenes whose surfaces
 //! do not. As the definition does, it takes memory for each path.
 
-use super::description::{Description, Landing, LightSampling, Table};
+use super::description::{Description, Landing, LightSampling, Merges, Table};
 use crate::{
     path::{Edge, Heuristic, JoinedPath, Path, Roulette, Step, Vertex},
     sampling::{Block, Sampler, SamplerKind},
@@ -19,6 +19,7 @@ pub const DESCRIPTION: Description = Description {
     coverage: "paths of at most four edges from emitting surfaces without a specular vertex; other lights stay dark, \
         and mirrors and glass black",
     table: Table::Area,
+    merges: Merges::No,
     heuristic: Heuristic::Power,
     roulette: Roulette::FromDepth(4),
     sampler: SamplerKind::Independent,

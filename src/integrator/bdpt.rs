@@ -1,6 +1,6 @@
 //! Bidirectional path tracing (Veach & Guibas 1994; Lafortune & Willems 1993): every strategy with t ≥ 1.
 
-use super::description::{Description, Landing, LightSampling, Table};
+use super::description::{Description, Landing, LightSampling, Merges, Table};
 use crate::{
     path::{Heuristic, Roulette},
     sampling::SamplerKind,
@@ -12,6 +12,7 @@ pub const DESCRIPTION: Description = Description {
     what: "Bidirectional path tracing: every connection of a camera path and a light path, weighted by MIS.",
     coverage: "every path with two neighbouring vertices that are not specular, or whose light has an extent",
     table: Table::Strategies(|x| u32::from(x.t >= 1)),
+    merges: Merges::No,
     heuristic: Heuristic::Power,
     roulette: Roulette::FromDepth(2),
     sampler: SamplerKind::Sobol,

@@ -17,6 +17,8 @@ pub struct Description {
     pub coverage: &'static str,
     /// Its table.
     pub table: Table,
+    /// Whether its subpaths merge, too.
+    pub merges: Merges,
     /// The rule that weighs its table.
     pub heuristic: Heuristic,
     /// The roulette that gives it the least noise in the same time: early where a vertex costs many connections and its
@@ -42,6 +44,15 @@ pub enum Table {
     Strategies(fn(Strategy) -> u32),
     /// Every vertex on its own.
     Area,
+}
+
+/// Whether subpaths merge where they nearly meet.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Merges {
+    /// At every vertex that is not specular. What it estimates is the image in the limit only.
+    Yes,
+    /// Nowhere.
+    No,
 }
 
 /// How an integrator chooses among lights.

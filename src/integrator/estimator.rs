@@ -2,10 +2,10 @@
 
 use glam::Vec2;
 
-use super::{Integrator, area};
+use super::{Integrator, LightVertexMap, area};
 use crate::{
     math::{Rgb, luminance},
-    path::{JoinedPath, LightVertices, SharedLightVertices, Step, Strategy, Subpath},
+    path::{JoinedPath, LightVertex, LightVertices, SharedLightVertices, Step, Strategy, Subpath, Technique},
     sampling::{Block, Chance, Sampler},
     scene::{Scene, bsdf::Transport, camera::Raster},
 };
@@ -21,9 +21,19 @@ pub struct Scratch {
     ends: Vec<End>,
     lens: Subpath,
     drawn: Vec<Step>,
+    /// Their vertices that merge, until they are taken.
+    kept: Vec<LightVertex>,
+    /// A light subpath walked again, for who wants to see the path that it is part of.
+    again: Subpath,
 }
 
 impl Scratch {
+    /// The vertices that light subpaths have left for merges since this was last asked.
+    #[inline]
+    pub fn take_kept(&mut self) -> Vec<LightVertex> {
+        std::mem::take(&mut self.kept)
+    }
+
     /// Forgets the light subpaths.
     #[inline]
     pub fn start_over(&mut self) {
@@ -77,6 +87,14 @@ pub trait Sink {
     /// Roulette ended a connection before its ray.
     fn spared_ray(&mut self) {}
 
+    /// Whether all that is deposited has to be a path, with both its subpaths.
+    fn wants_paths(&self) -> bool {
+        true
+    }
+
+    /// What [`Sink::deposit`] gets, of a merge whose path nobody wants to see.
+    fn deposit_merged(&mut self, _strategy: Strategy, _raster: Raster, _value: Rgb) {}
+
     /// A subpath was walked, from the camera (radiance) or from a light (importance), with this many rays.
     fn walked(&mut self, _transport: Transport, _rays: usize) {}
 
@@ -91,6 +109,8 @@ pub struct LightStage {
     pub connects: Connects,
     /// Whether they are among the N_l that splat.
     pub splats: Splats,
+    /// Where their vertices are kept for merges: the number of the first one in the pass.
+    pub keeps: Option<u32>,
 }
 
 /// See [`LightStage::connects`].
@@ -114,20 +134,22 @@ pub enum Splats {
 impl Integrator {
     /// Storage for this integrator's subpaths, one per thread.
     pub fn scratch(&self) -> Scratch {
-        let LightVertices { connected, splatted } = self.evaluated.light_vertices();
-        let rivals = self.rivals.as_ref();
-        let light = Subpath::with_capacity(connected.max(splatted))
+        let vertices = self.evaluated.light_vertices();
+        let (connected, rivals) = (vertices.connected, self.rivals.as_ref());
+        let light = Subpath::with_capacity(vertices.most())
             .summing(rivals.map(|rivals| rivals.light.clone()).unwrap_or_default());
         let light_paths = self.evaluated.light_paths() as usize;
         Scratch {
             camera: Subpath::with_capacity(self.evaluated.camera_vertices().max(1))
                 .sampling(self.evaluated.directions())
                 .summing(rivals.map(|rivals| rivals.camera.clone()).unwrap_or_default()),
+            again: light.clone(),
             lights: vec![light; light_paths],
             walked: 0,
             ends: Vec::with_capacity(light_paths * connected as usize),
             lens: Subpath::with_capacity(1),
             drawn: Vec::new(),
+            kept: Vec::new(),
         }
     }
 
@@ -137,17 +159,19 @@ impl Integrator {
     pub fn estimate_from_light<S: Sampler>(
         &self,
         scene: &Scene,
-        LightStage { connects, splats }: LightStage,
+        LightStage { connects, splats, keeps }: LightStage,
         scratch: &mut Scratch,
         samplers: &mut Samplers<'_, S>,
         sink: &mut impl Sink,
     ) {
-        let LightVertices { connected, splatted } = self.evaluated.light_vertices();
+        let LightVertices { connected, splatted, merged } = self.evaluated.light_vertices();
         let connected = if connects == Connects::Yes { connected } else { 0 };
         let splatted = if splats == Splats::Yes { splatted } else { 0 };
-        let Scratch { lights, walked, ends, lens, drawn, .. } = scratch;
+        let merged = if keeps.is_some() { merged } else { 0 };
+        let vertices = connected.max(splatted).max(merged);
+        let Scratch { lights, walked, ends, lens, drawn, kept, .. } = scratch;
         let anywhere = Raster(Vec2::ZERO);
-        let light_paths = if connected.max(splatted) > 0 { self.evaluated.light_paths() } else { 0 };
+        let light_paths = if vertices > 0 { self.evaluated.light_paths() } else { 0 };
         for branch in 0..light_paths {
             if *walked == lights.len() {
                 // Only the first tile that is shared gets here.
@@ -156,12 +180,16 @@ impl Integrator {
             let number = *walked as u32;
             let light = &mut lights[*walked];
             *walked += 1;
-            light.walk_from_light(scene, branch, connected.max(splatted), self.roulette, samplers.light);
+            light.walk_from_light(scene, branch, vertices, self.roulette, samplers.light);
             sink.walked(Transport::Importance, light.steps().len().saturating_sub(1));
             sink.lost_to_sides(light.take_lost_to_sides());
             let steps = light.steps();
             let joined = &steps[..steps.len().min(connected as usize)];
             ends.extend(connectible(joined).map(|s| End { number, s }));
+            if let (Some(first), Some(rivals)) = (keeps, &self.rivals) {
+                let prefixes = (2..=steps.len().min(merged as usize)).map(|k| &steps[..k]);
+                kept.extend(prefixes.filter_map(|p| LightVertex::of(p, light.beginning(), rivals, first + branch)));
+            }
             let splatting = if splatted > 0 { light.steps() } else { &[] };
             for (s, y) in (1..).zip(splatting) {
                 if s > 1 && !y.vertex.point.bsdf.has_continuous() {
@@ -198,12 +226,13 @@ impl Integrator {
         raster: Raster,
         scratch: &mut Scratch,
         samplers: &mut Samplers<'_, S>,
+        kept: Option<&Kept<'_, S>>,
         sink: &mut impl Sink,
     ) {
         if !self.walks_from_camera() {
             return;
         }
-        let Scratch { camera, lights, walked, ends, .. } = scratch;
+        let Scratch { camera, lights, walked, ends, again, .. } = scratch;
         let vertices = self.evaluated.camera_vertices();
         for branch in 0..self.evaluated.splits() {
             // What all branches of a split subpath have in common is joined once.
@@ -227,6 +256,9 @@ impl Integrator {
                 if z.bsdf.has_continuous() {
                     self.estimate_next_event(scene, end, samplers, sink);
                     self.connect_to_ends(scene, end, (&lights[..*walked], ends), samplers, sink);
+                    if let Some(kept) = kept {
+                        self.merge(scene, end, kept, again, sink);
+                    }
                 }
             }
         }
@@ -299,6 +331,47 @@ impl Integrator {
         }
     }
 
+    /// Merges with the vertices of all light subpaths of the pass around the prefix' last.
+    #[inline(never)]
+    fn merge<S: Sampler>(
+        &self,
+        scene: &Scene,
+        CameraEnd { prefix, raster, .. }: CameraEnd<'_>,
+        kept: &Kept<'_, S>,
+        again: &mut Subpath,
+        sink: &mut impl Sink,
+    ) {
+        let (table, Some(rivals)) = (&self.weighed, &self.rivals) else { return };
+        kept.map.around(prefix[prefix.len() - 1].vertex.point.position, |y| {
+            let Some(meeting) = y.met_by(prefix, table) else { return };
+            let technique = Technique::Merged(meeting.strategy);
+            let weight = y.weight(prefix, &meeting, table, rivals) / table.samples(technique);
+            let value = meeting.contribution * weight;
+            if value == Rgb::ZERO {
+                return;
+            }
+            if has_a_place(value) && !sink.wants_paths() {
+                sink.deposit_merged(meeting.strategy, raster, value);
+                return;
+            }
+            let branch = y.path() % table.light_paths();
+            let mut numbers = (kept.numbers)(y.path() / table.light_paths());
+            again.walk_from_light(scene, branch, y.vertices(), self.roulette, &mut numbers);
+            let path = JoinedPath::merged(scene, prefix, again.steps(), again.beginning(), &meeting, raster);
+            match path {
+                Some(path) if has_a_place(value) => sink.deposit(&path, value),
+                Some(path) => sink.reject(&path, value),
+                None => {}
+            }
+        });
+    }
+
+    /// Whether light vertices of a pass are kept for merges.
+    #[inline]
+    pub fn merges(&self) -> bool {
+        self.evaluated.radius().is_some()
+    }
+
     /// Whether the pixels of a tile have their light subpaths in common, so that the first stage of all comes before
     /// the second of any.
     #[inline]
@@ -355,6 +428,14 @@ impl Integrator {
     fn tentative(&self, path: &JoinedPath<'_>) -> f32 {
         luminance(path.contribution()) * self.weight_per_sample(path)
     }
+}
+
+/// The light vertices that a pass has kept for merges.
+pub struct Kept<'a, S> {
+    /// Where they are.
+    pub map: &'a LightVertexMap,
+    /// The random numbers of the light subpaths of a pixel, by its number among those of the image.
+    pub numbers: &'a dyn Fn(u32) -> S,
 }
 
 /// The sequences of random numbers of one sample, so that none shifts another.

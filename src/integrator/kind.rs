@@ -4,7 +4,7 @@ use std::{fmt, str::FromStr};
 
 use super::{
     IntegratorKind,
-    description::{Description, Gap, Landing, LightSampling, Table},
+    description::{Description, Gap, Landing, LightSampling, Merges, Table},
 };
 use crate::{
     path::{Heuristic, Strategy, Techniques},
@@ -77,10 +77,16 @@ impl IntegratorKind {
     /// Its table.
     pub(super) fn table(self, sensor: Sensor, max_depth: u32) -> Techniques {
         let max_depth = max_depth.min(self.description().longest_path);
-        match self.description().table {
+        let table = match self.description().table {
             Table::Strategies(multiplicity) => Techniques::new(sensor, max_depth, multiplicity),
             Table::Area => Techniques::by_area(sensor, max_depth),
-        }
+        };
+        table.merging_within(self.merges().then_some(UNSET_RADIUS))
+    }
+
+    /// Whether its subpaths merge: what it estimates is the image only in the limit.
+    pub fn merges(self) -> bool {
+        self.description().merges == Merges::Yes
     }
 
     /// The rule that weighs its table.
@@ -88,6 +94,9 @@ impl IntegratorKind {
         self.description().heuristic
     }
 }
+
+/// That of merges, in metres, until [`Integrator::merging_within`](super::Integrator::merging_within) sets one.
+const UNSET_RADIUS: f32 = 1.0;
 
 impl fmt::Display for IntegratorKind {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {

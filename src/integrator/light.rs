@@ -1,7 +1,7 @@
 //! Light tracing: every vertex of a light subpath is connected to the lens, t = 1 (lecture, *Sum over paths:
 //! implications*).
 
-use super::description::{Description, Landing, LightSampling, Table};
+use super::description::{Description, Landing, LightSampling, Merges, Table};
 use crate::{
     path::{Heuristic, Roulette},
     sampling::SamplerKind,
@@ -14,6 +14,7 @@ pub const DESCRIPTION: Description = Description {
     coverage: "paths whose first surface after the camera scatters continuously, and lights seen directly; what the \
         camera sees in mirrors and glass stays black, and an environment that an orthographic camera sees",
     table: Table::Strategies(|x| u32::from(x.t == 1)),
+    merges: Merges::No,
     heuristic: Heuristic::Power,
     roulette: Roulette::FromDepth(4),
     sampler: SamplerKind::Independent,

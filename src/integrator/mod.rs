@@ -4,16 +4,20 @@ mod connection_roulette;
 mod description;
 mod estimator;
 mod kind;
+mod light_vertex_map;
 mod wave;
 
 pub use connection_roulette::{ConnectionRoulette, RelativeRoulette};
-pub use description::{Description, Gap, Landing, LightSampling, Table};
-pub use estimator::{Connects, LightStage, Samplers, Scratch, Sink, Splats};
+pub use description::{Description, Gap, Landing, LightSampling, Merges, Table};
+pub use estimator::{Connects, Kept, LightStage, Samplers, Scratch, Sink, Splats};
+pub use light_vertex_map::{BYTES_OF_A_LIGHT_VERTEX, LightVertexMap};
 pub use wave::{Starts, Wave, WaveSink};
 
 use self::estimator::connectible;
 use crate::{
-    path::{Densities, Heuristic, JoinedPath, Rivals, Roulette, Strategy, Subpath, Technique, Techniques},
+    path::{
+        Densities, Heuristic, JoinedPath, LightVertices, Rivals, Roulette, Strategy, Subpath, Technique, Techniques,
+    },
     sampling::{Independent, Stream},
     scene::{Scene, bsdf::Directions, camera::Sensor},
 };
@@ -24,6 +28,7 @@ kind::integrators! {
     Light: light,
     Hybrid: hybrid,
     Bdpt: bdpt,
+    Vcm: vcm,
     PathHemisphere: path_hemisphere,
     PathLight: path_light,
     Area: area,
@@ -97,11 +102,19 @@ impl Integrator {
         self.with_tables(|table| table.with_light_vertices(each, of_a_path))
     }
 
+    /// What the light vertices of a pass that are kept for merges will take, about, in bytes.
+    pub fn kept_memory(&self, scene: &Scene) -> u64 {
+        let of_a_path = if self.merges() { self.mean_ends(scene) } else { 0.0 };
+        let paths = f64::from(scene.camera.sensor().pixels()) * f64::from(self.evaluated.light_paths());
+        (paths * f64::from(of_a_path)) as u64 * BYTES_OF_A_LIGHT_VERTEX
+    }
+
     /// How many vertices that can be connected a light subpath has in the mean, or 1 where none has any. Estimated,
     /// always by the same numbers: any would give the same image, with another noise.
     fn mean_ends(&self, scene: &Scene) -> f32 {
         const SUBPATHS: u32 = 4096;
-        let vertices = self.evaluated.light_vertices().connected;
+        let LightVertices { connected, merged, .. } = self.evaluated.light_vertices();
+        let vertices = connected.max(merged);
         let mut light = Subpath::with_capacity(vertices);
         let mut ends = 0;
         for i in 0..SUBPATHS {
@@ -113,6 +126,14 @@ impl Integrator {
 
     fn with_tables(self, change: impl Fn(&Techniques) -> Techniques) -> Self {
         let [evaluated, weighed] = [&self.evaluated, &self.weighed].map(change);
+        self.with_weighed(evaluated, weighed)
+    }
+
+    /// The same integrator with merges within a radius, in metres, if its table has them at all.
+    #[must_use]
+    pub fn merging_within(self, radius: f32) -> Self {
+        let within = |table: &Techniques| table.merging_within(table.radius().map(|_| radius));
+        let [evaluated, weighed] = [&self.evaluated, &self.weighed].map(within);
         self.with_weighed(evaluated, weighed)
     }
 
@@ -163,6 +184,10 @@ impl Integrator {
         }
         let n = path.edges();
         let path = path.to_path();
+        let merges = |x: Strategy| path.density_of_meeting(x) > 0.0;
+        if self.weighed.merges().filter(|x| x.edges() as usize == n as usize).any(merges) {
+            return true;
+        }
         if self.weighed.area() > 0 && n <= self.weighed.max_depth() && path.pdf_area() > 0.0 {
             return true;
         }

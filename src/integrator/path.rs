@@ -1,6 +1,6 @@
 //! Path tracing with next-event estimation and MIS (lecture, *Path tracing*): s ≤ 1, t ≥ 2.
 
-use super::description::{Description, Landing, LightSampling, Table};
+use super::description::{Description, Landing, LightSampling, Merges, Table};
 use crate::{
     path::{Heuristic, Roulette},
     sampling::SamplerKind,
@@ -13,6 +13,7 @@ pub const DESCRIPTION: Description = Description {
     coverage: "every path, except those on which a point light, a spot or a sun follows a specular vertex (their \
         caustics)",
     table: Table::Strategies(|x| u32::from(x.s <= 1 && x.t >= 2)),
+    merges: Merges::No,
     heuristic: Heuristic::Power,
     roulette: Roulette::FromDepth(4),
     sampler: SamplerKind::Sobol,

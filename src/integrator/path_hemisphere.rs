@@ -1,7 +1,7 @@
 //! Path tracing without next-event estimation (lecture, *directional sampling*): s = 0. A light counts when the walk
 //! hits it.
 
-use super::description::{Description, Landing, LightSampling, Table};
+use super::description::{Description, Landing, LightSampling, Merges, Table};
 use crate::{
     path::{Heuristic, Roulette},
     sampling::SamplerKind,
@@ -13,6 +13,7 @@ pub const DESCRIPTION: Description = Description {
     what: "Path tracing that samples directions alone: a light counts when a path hits it.",
     coverage: "every path to a light with an extent; point lights, spots and suns are never hit, and stay dark",
     table: Table::Strategies(|x| u32::from(x.s == 0)),
+    merges: Merges::No,
     heuristic: Heuristic::Power,
     roulette: Roulette::FromDepth(4),
     sampler: SamplerKind::Sobol,

@@ -16,6 +16,7 @@ pub const DESCRIPTION: Description = Description {
     what: "Path tracing with next-event estimation wherever it can find the light, without MIS.",
     coverage: path::DESCRIPTION.coverage,
     table: path::DESCRIPTION.table,
+    merges: path::DESCRIPTION.merges,
     heuristic: Heuristic::FirstSupported,
     roulette: Roulette::FromDepth(4),
     sampler: SamplerKind::Sobol,

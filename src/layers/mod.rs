@@ -280,20 +280,23 @@ fn by_light(scene: &Scene) -> Group {
     Group { sorting: Sorting::Light(layer_of), names }
 }
 
-/// The number of each strategy of a table among those that it has.
+/// The number of each technique of a table among those that it has.
 #[derive(Clone, Debug)]
 struct StrategyIndex {
-    /// At `s·side + t`.
+    /// Of (s,t) at `s·side + t`, and of the merges after all of these.
     numbers: Vec<usize>,
     side: u32,
 }
 
 impl StrategyIndex {
-    /// `None` for what is no strategy (s,t).
+    /// `None` for area sampling.
     #[inline]
     fn of(&self, technique: Technique) -> Option<usize> {
         match technique {
             Technique::Bidirectional(Strategy { s, t }) => Some(self.numbers[(s * self.side + t) as usize]),
+            Technique::Merged(Strategy { s, t }) => {
+                Some(self.numbers[self.numbers.len() / 2 + (s * self.side + t) as usize])
+            }
             Technique::Area => None,
         }
     }
@@ -302,11 +305,15 @@ impl StrategyIndex {
 fn by_strategy(integrator: &Integrator, sorting: impl Fn(StrategyIndex) -> Sorting) -> Group {
     let table = integrator.techniques();
     let side = table.max_depth() + 2;
-    let mut numbers = vec![usize::MAX; (side * side) as usize];
+    let mut numbers = vec![usize::MAX; 2 * (side * side) as usize];
     let mut names = Vec::new();
     for Strategy { s, t } in table.strategies() {
         numbers[(s * side + t) as usize] = names.len();
         names.push(format!("s{s}t{t}"));
+    }
+    for Strategy { s, t } in table.merges() {
+        numbers[(side * side + s * side + t) as usize] = names.len();
+        names.push(format!("s{s}t{t}merged"));
     }
     if table.area() > 0 {
         names.push("area".to_owned());

@@ -5,7 +5,7 @@ use std::sync::OnceLock;
 
 use glam::{DVec3, Vec3};
 
-use super::{Heuristic, PathClass, Strategy, Techniques, Vertex, class::Event, tilt};
+use super::{Heuristic, PathClass, Strategy, Technique, Techniques, Vertex, class::Event, merging::is_met, tilt};
 use crate::{
     math::{Frame, Rgb},
     sampling::PdfSolidAngle,
@@ -24,6 +24,8 @@ pub struct Path<'a> {
     scene: &'a Scene,
     vertices: Vec<Vertex>,
     visibility: Vec<f64>,
+    /// Of a path that has merged: where, and the place at which the light's subpath ends beside that vertex.
+    merged: Option<(usize, Point)>,
     surroundings: OnceLock<Surroundings>,
 }
 
@@ -54,7 +56,18 @@ impl<'a> Path<'a> {
     pub fn new(scene: &'a Scene, vertices: Vec<Vertex>) -> Self {
         assert!(vertices.len() >= 2, "a path has at least one edge");
         let visibility = vec![1.0; vertices.len() - 1];
-        Self { scene, vertices, visibility, surroundings: OnceLock::new() }
+        Self { scene, vertices, visibility, merged: None, surroundings: OnceLock::new() }
+    }
+
+    /// The same path as a merge at p_i = x: its edge to p_{i+1} ends at the point `q` beside x instead, which the
+    /// light's subpath has reached. Light scatters at x as if it arrived there.
+    ///
+    /// # Panics
+    /// If p_i is an end of the path.
+    #[must_use]
+    pub fn merged_at(self, i: usize, q: Point) -> Self {
+        assert!(0 < i && i < self.edges(), "a path merges between its ends");
+        Self { merged: Some((i, q)), ..self }
     }
 
     /// The same path with V(p_i↔p_{i+1}) = `visibility[i]`: the product of 1 − α over what the edge crosses, in [0, 1].
@@ -65,6 +78,11 @@ impl<'a> Path<'a> {
     pub fn with_visibility(self, visibility: Vec<f64>) -> Self {
         assert_eq!(visibility.len(), self.visibility.len());
         Self { visibility, ..self }
+    }
+
+    /// Where the path has merged, and the point that the light's subpath has reached there.
+    pub fn merged(&self) -> Option<(usize, &Point)> {
+        self.merged.as_ref().map(|(i, q)| (*i, q))
     }
 
     /// The same path in the media of `other`, which has vertices at about the same places.
@@ -107,6 +125,8 @@ impl<'a> Path<'a> {
 
     /// F_j(p̄)/h_j = W_e(p_1→p_0) G(p_0↔p_1) T(p̄) L_e(p_n→p_{n−1}): the measurement contribution without the pixel's
     /// filter.
+    ///
+    /// Of a path that has merged within a radius, [`Path::kernel`] is one more factor.
     pub fn contribution(&self) -> DVec3 {
         let n = self.edges();
         let we = f64::from(self.scene.camera.we(&self.vertices[0].point, self.segment(0, 1).direction.as_vec3()));
@@ -114,6 +134,38 @@ impl<'a> Path<'a> {
         let le = self.scene.le(&end.point, self.segment(n, n - 1).direction.as_vec3()).as_dvec3()
             * f64::from(end.point.alpha);
         we * self.geometry_term(0) * self.transmittance(0) * self.throughput() * le
+    }
+
+    /// K(x, q) = 1/(πr²) where a merge at p_i takes q for x, else 0; 1/m².
+    pub fn kernel(&self, radius: f32) -> f64 {
+        let Some((i, q)) = &self.merged else { return 0.0 };
+        let x = &self.vertices[*i].point;
+        let to_light = self.segment(*i, i + 1).direction.as_vec3();
+        let met = is_met(radius, [x.position, q.position], [x.normal, q.normal], to_light);
+        if met { 1.0 / (std::f64::consts::PI * f64::from(radius).powi(2)) } else { 0.0 }
+    }
+
+    /// The density with which a merge finds this path, with respect to the product area measure of all vertices and q:
+    /// Π_{j≤i} c_j Π_{j≥i} l_j. Zero where it cannot.
+    ///
+    /// # Panics
+    /// If the path has not merged at p_{t−1}.
+    pub fn pdf_merged(&self, strategy: Strategy) -> f64 {
+        let at = strategy.t as usize - 1;
+        assert!(self.merged.as_ref().is_some_and(|(i, _)| *i == at), "the path has not merged there");
+        self.density_of_meeting(strategy)
+    }
+
+    /// Π_{j≤i} c_j Π_{j≥i} l_j at p_i = p_{t−1}, which both subpaths reach; zero where they cannot meet.
+    pub(crate) fn density_of_meeting(&self, Strategy { t, .. }: Strategy) -> f64 {
+        let (i, n) = (t as usize - 1, self.edges());
+        if self.vertices[n].point.light.is_none() || self.vertices[i].is_delta() {
+            return 0.0;
+        }
+        let walks = Strategy { s: 2, t: 1 };
+        let camera_part: f64 = (0..=i).map(|j| self.camera_density(j, Directions::Bsdf)).product();
+        let light_part: f64 = (i..=n).map(|j| self.light_density(j, walks, Directions::Bsdf)).product();
+        camera_part * light_part
     }
 
     /// p_{s,t}(p̄): the density with which strategy (s,t) finds this path, with respect to the product area measure (dω
@@ -172,22 +224,35 @@ impl<'a> Path<'a> {
         place(0) == Place::Film && place(self.edges()) == Place::Infinite
     }
 
-    /// w_{s,t}(p̄) = (n_{s,t} p_{s,t})^β / Σ (n_{s',t'} p_{s',t'})^β over all strategies of the table.
-    pub fn mis_weight(&self, strategy: Strategy, techniques: &Techniques, heuristic: Heuristic) -> f64 {
+    /// w(p̄) = (n p)^β / Σ (n p)^β over all techniques of the table: n_{s,t} p_{s,t} of strategies, and of the merge at
+    /// each p_i that it may have, N_c N_l πr² Π_{j≤i} c_j Π_{j≥i} l_j.
+    pub fn mis_weight(&self, found: Technique, techniques: &Techniques, heuristic: Heuristic) -> f64 {
         let n = self.edges() as u32;
-        let sampled = |x: Strategy| f64::from(techniques.count(x)) * self.pdf_by(techniques.directions(), x);
-        let all: Vec<_> = (1..=n + 1).map(|t| Strategy { s: n + 1 - t, t }).map(|x| (x, sampled(x))).collect();
+        let strategies = || (1..=n + 1).map(|t| Strategy { s: n + 1 - t, t });
+        let sampled = |x: Technique| match x {
+            Technique::Bidirectional(strategy) => {
+                f64::from(techniques.count(strategy)) * self.pdf_by(techniques.directions(), strategy)
+            }
+            Technique::Merged(strategy) => {
+                let area = f64::from(techniques.merging_area());
+                f64::from(techniques.merging_pairs(strategy.t)) * area * self.density_of_meeting(strategy)
+            }
+            Technique::Area => 0.0,
+        };
+        let merges = strategies().filter(|x| x.t >= 2 && x.s >= 1 && techniques.radius().is_some());
+        let all = strategies().map(Technique::Bidirectional).chain(merges.map(Technique::Merged));
+        let all: Vec<_> = all.map(|x| (x, sampled(x))).collect();
         let largest = all.iter().map(|x| x.1).fold(0.0, f64::max);
         let beta = match heuristic {
             Heuristic::Balance => 1,
             Heuristic::Power => 2,
             Heuristic::FirstSupported => {
                 let first = all.iter().find(|x| x.1 > 0.0).map(|x| x.0);
-                return if first == Some(strategy) { 1.0 } else { 0.0 };
+                return if first == Some(found) { 1.0 } else { 0.0 };
             }
         };
         let share = |np: f64| (np / largest).powi(beta);
-        share(sampled(strategy)) / all.iter().map(|x| share(x.1)).sum::<f64>()
+        share(sampled(found)) / all.iter().map(|x| share(x.1)).sum::<f64>()
     }
 
     /// The path's class in Heckbert's letters, camera first.
@@ -223,7 +288,7 @@ impl<'a> Path<'a> {
             let end = &self.vertices[n].point;
             let next_event = strategy.s == 1 && strategy.t >= 2;
             return f64::from(if next_event {
-                lights.pdf_next_event(end, &self.vertices[n - 1].point).0
+                lights.pdf_next_event(end, self.from(n, n - 1)).0
             } else {
                 lights.pdf_position(end).0
             });
@@ -239,7 +304,9 @@ impl<'a> Path<'a> {
 
     /// The probability that a walk along edge `edge` passes what it crosses, and stops at p_i.
     fn passes_and_stops(&self, edge: usize, i: usize) -> f64 {
-        self.visibility[edge] * f64::from(self.vertices[i].point.alpha)
+        // The edge i comes from the light's side.
+        let from = if edge == i { i + 1 } else { edge };
+        self.visibility[edge] * f64::from(self.from(from, i).alpha)
     }
 
     /// f̂(p_{i+1}→p_i→p_{i−1}) = α f_s |ω_s·N_s| / |ω·N_g| dω_s/dω for ω = ω_{i+1}, 1/sr; in a delta lobe, whose
@@ -300,7 +367,7 @@ impl<'a> Path<'a> {
     /// camera and then by the other.
     fn transmittance(&self, i: usize) -> DVec3 {
         let Some(media) = self.scene.media() else { return DVec3::ONE };
-        let (a, b) = (&self.vertices[i].point, &self.vertices[i + 1].point);
+        let (a, b) = (self.from(i + 1, i), self.from(i, i + 1));
         let e = self.segment(i, i + 1);
         let behind = |p: &Point, w: DVec3| {
             matches!(p.bsdf, Bsdf::Dielectric(_))
@@ -321,8 +388,7 @@ impl<'a> Path<'a> {
     /// place just before or behind the boundary. Nothing of what walks know of them.
     fn surroundings(&self, media: &Media) -> &Surroundings {
         let around = |place: Vec3, side: Option<Vec3>| media.around(self.scene.geometry(), place, side).medium();
-        let edge = |pair: &[Vertex]| {
-            let (a, b) = (&pair[0].point, &pair[1].point);
+        let edge = |[a, b]: [&Point; 2]| {
             // No body reaches to infinity.
             let infinite = a.place == Place::Infinite || b.place == Place::Infinite;
             let middle = || (0.5 * (a.position.as_dvec3() + b.position.as_dvec3())).as_vec3();
@@ -336,13 +402,21 @@ impl<'a> Path<'a> {
             })
         };
         self.surroundings.get_or_init(|| Surroundings {
-            edges: self.vertices.windows(2).map(edge).collect(),
+            edges: (0..self.edges()).map(|i| edge([self.from(i + 1, i), self.from(i, i + 1)])).collect(),
             sides: self.vertices.iter().map(sides).collect(),
         })
     }
 
+    /// p_j as the end of an edge from p_i: where a path has merged, the light's side has a point of its own.
+    fn from(&self, i: usize, j: usize) -> &Point {
+        match &self.merged {
+            Some((at, q)) if *at == j && i > j => q,
+            _ => &self.vertices[j].point,
+        }
+    }
+
     fn segment(&self, i: usize, j: usize) -> Segment {
-        let (a, b) = (&self.vertices[i].point, &self.vertices[j].point);
+        let (a, b) = (self.from(j, i), self.from(i, j));
         let (pa, pb) = (a.position.as_dvec3(), b.position.as_dvec3());
         let distance = match (a.place, b.place) {
             (Place::Infinite, _) | (_, Place::Infinite) => f64::INFINITY,

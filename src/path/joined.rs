@@ -3,8 +3,8 @@
 use std::cmp::Ordering;
 
 use super::{
-    Densities, Edge, Heuristic, Path, RivalSum, Rivals, Step, Strategy, Subpath, Technique, Techniques, Vertex,
-    absorption::connecting_transmittance, joint::Joint, mis_weight,
+    Beginning, Densities, Edge, Heuristic, LightVertex, Meeting, Path, RivalSum, Rivals, Step, Strategy, Subpath,
+    Technique, Techniques, Vertex, absorption::connecting_transmittance, joint::Joint, mis_weight,
 };
 use crate::{
     lanes::One,
@@ -19,12 +19,14 @@ use crate::{
     },
 };
 
-/// A path that strategy (s,t) has found: a view, valid while both subpaths are.
+/// A path that strategy (s,t) has found, or a merge: a view, valid while both subpaths are.
 #[derive(Clone, Copy, Debug)]
 pub struct JoinedPath<'a> {
     scene: &'a Scene,
     camera: &'a [Step],
     light: &'a [Step],
+    /// Of a merge: the light subpath's vertex beside the camera's last.
+    beside: Option<&'a Step>,
     joint: Joint,
     raster: Raster,
     technique: Technique,
@@ -39,7 +41,7 @@ impl<'a> JoinedPath<'a> {
         p.light?;
         let joint = Joint::hit(scene, &before.vertex.point, end)?;
         let technique = Technique::Bidirectional(Strategy { s: 0, t: camera.len() as u32 });
-        Some(Self { scene, camera, light: &[], joint, raster, technique })
+        Some(Self { scene, camera, light: &[], beside: None, joint, raster, technique })
     }
 
     /// s ≥ 1, t ≥ 1: connects the last vertices of two prefixes. `light` is a prefix of a light subpath, whose
@@ -66,7 +68,8 @@ impl<'a> JoinedPath<'a> {
             joint.value *= connecting_transmittance(scene, z, &Edge::between(z, y), y);
         }
         let raster = joint.raster.map_or(raster, |raster| Raster(raster.into()));
-        Some(Self { scene, camera, light, joint, raster, technique: Technique::Bidirectional(strategy) })
+        let technique = Technique::Bidirectional(strategy);
+        Some(Self { scene, camera, light, beside: None, joint, raster, technique })
     }
 
     /// What found it.
@@ -92,6 +95,9 @@ impl<'a> JoinedPath<'a> {
     /// connecting edge before [`JoinedPath::seen`]: what the path could contribute at most.
     #[inline(always)]
     pub fn contribution(&self) -> Rgb {
+        if self.beside.is_some() {
+            return self.joint.value;
+        }
         self.joint.contribution(self.camera[self.camera.len() - 1].beta, self.light.last().map(|y| y.beta))
     }
 
@@ -103,20 +109,24 @@ impl<'a> JoinedPath<'a> {
     /// The same; by the running sums that the subpaths have, where their walks [sum](Subpath::summing) these rivals.
     #[inline(always)]
     pub fn weight(&self, techniques: &Techniques, heuristic: Heuristic, rivals: Option<&Rivals>) -> f32 {
-        let Technique::Bidirectional(strategy) = self.technique else { return 1.0 };
-        match rivals {
-            Some(rivals) => {
-                let before = |steps: &[Step]| if let [.., last, _, _] = steps { last.rivals } else { RivalSum::ZERO };
-                rivals.weight(self, strategy, techniques, [before(self.camera), before(self.light)])
-            }
-            None => self.whole_weight(strategy, techniques, heuristic),
+        let (strategy, rivals) = match (self.technique, rivals) {
+            (Technique::Bidirectional(strategy), Some(rivals)) => (strategy, rivals),
+            (Technique::Merged(_), Some(rivals)) => return self.merged_weight(techniques, rivals),
+            _ => return self.whole_weight(techniques, heuristic),
+        };
+        let before = |steps: &[Step]| if let [.., last, _, _] = steps { last.rivals } else { RivalSum::ZERO };
+        let sums = [before(self.camera), before(self.light)];
+        if techniques.radius().is_some() {
+            rivals.weight_among_merges(self, strategy, techniques, sums)
+        } else {
+            rivals.weight(self, strategy, techniques, sums)
         }
     }
 
     /// Out of line, since no integrator that a person can choose needs it for long paths.
     #[inline(never)]
-    fn whole_weight(&self, strategy: Strategy, techniques: &Techniques, heuristic: Heuristic) -> f32 {
-        mis_weight(self, strategy, techniques, heuristic)
+    fn whole_weight(&self, techniques: &Techniques, heuristic: Heuristic) -> f32 {
+        mis_weight(self, self.technique, techniques, heuristic)
     }
 
     /// The path with V of its connecting edge, which costs a ray; `None` if nothing passes. All other edges were found
@@ -125,7 +135,7 @@ impl<'a> JoinedPath<'a> {
     /// V is in the densities with which the other strategies walk along this edge, so this comes before any weight.
     #[inline(always)]
     pub fn seen(self) -> Option<Self> {
-        let (Some(z), Some(y)) = (self.camera.last(), self.light.last()) else { return Some(self) };
+        let (None, Some(z), Some(y)) = (self.beside, self.camera.last(), self.light.last()) else { return Some(self) };
         let (scene, lens, end) = (self.scene, &z.vertex.point, &y.vertex.point);
         let visibility = if self.camera.len() == 1 && scene.culls_back_faces() {
             scene.visible_from_camera(lens, end)
@@ -155,7 +165,7 @@ impl<'a> JoinedPath<'a> {
 
     /// The product of roulette's survival probabilities in [`JoinedPath::contribution`].
     pub fn survival(&self) -> f32 {
-        self.camera[self.camera.len() - 1].survival * self.light.last().map_or(1.0, |y| y.survival)
+        self.camera[self.camera.len() - 1].survival * self.beside.or(self.light.last()).map_or(1.0, |y| y.survival)
     }
 
     /// The vertex p_i with its role in this path: at the joint and at the ends the lobe is continuous.
@@ -215,7 +225,12 @@ impl<'a> JoinedPath<'a> {
     /// The path by its definition, for everything that may be slow: oracles, path classes, diagnostics.
     pub fn to_path(&self) -> Path<'a> {
         let visibility = (0..self.edges()).map(|i| f64::from(self.visibility(i))).collect();
-        Path::new(self.scene, (0..=self.edges()).map(|i| self.vertex(i)).collect()).with_visibility(visibility)
+        let path = Path::new(self.scene, (0..=self.edges()).map(|i| self.vertex(i)).collect());
+        let path = path.with_visibility(visibility);
+        match self.beside {
+            Some(q) => path.merged_at(self.camera.len() - 1, q.vertex.point),
+            None => path,
+        }
     }
 
     /// The camera prefix p_0 … p_{t−1}.
@@ -224,12 +239,14 @@ impl<'a> JoinedPath<'a> {
     }
 
     /// The path with another camera prefix of the same length joined to the same light prefix, as visible as before:
-    /// for oracles that plant mistakes.
+    /// for oracles that plant mistakes. `None` if nothing passes then, and of a merge.
     pub fn with_camera<'b>(&self, camera: &'b [Step]) -> Option<JoinedPath<'b>>
     where
         'a: 'b,
     {
-        if self.light.is_empty() {
+        if self.beside.is_some() {
+            None
+        } else if self.light.is_empty() {
             JoinedPath::hit(self.scene, camera, self.raster)
         } else {
             JoinedPath::connect(self.scene, camera, self.light, self.joint.next_event_ratio, self.raster)
@@ -240,7 +257,7 @@ impl<'a> JoinedPath<'a> {
     #[inline(always)]
     fn is_at_joint(&self, i: u32) -> bool {
         let t = self.camera.len() as u32;
-        !self.light.is_empty() && (i + 1 == t || i == t)
+        !self.light.is_empty() && (i + 1 == t || (i == t && self.beside.is_none()))
     }
 
     #[inline(always)]
@@ -313,7 +330,8 @@ impl JoinedPath<'_> {
     #[inline(always)]
     fn emission_density(&self, i: u32) -> PdfArea {
         let pdf = self.step(i).pdf_fwd;
-        if self.light.len() == 1 && self.camera.len() >= 2 { PdfArea(pdf.0 / self.joint.next_event_ratio) } else { pdf }
+        let drawn_anew = self.light.len() == 1 && self.camera.len() >= 2 && self.beside.is_none();
+        if drawn_anew { PdfArea(pdf.0 / self.joint.next_event_ratio) } else { pdf }
     }
 }
 
@@ -335,6 +353,41 @@ impl<'a> JoinedPath<'a> {
 }
 
 impl<'a> JoinedPath<'a> {
+    /// A merge: the last vertex of a camera prefix meets that of the light subpath `prefix`, which has two or more and
+    /// this beginning.
+    pub fn merged(
+        scene: &'a Scene,
+        camera: &'a [Step],
+        prefix: &'a [Step],
+        beginning: Beginning,
+        meeting: &Meeting,
+        raster: Raster,
+    ) -> Option<Self> {
+        let [light @ .., beside] = prefix else { return None };
+        let before = light.len().checked_sub(2).map_or(PdfArea::ZERO, |k| light[k].pdf_rev);
+        let joint = Joint {
+            value: meeting.contribution,
+            visibility: beside.back.visibility,
+            camera_density: [meeting.camera_density, before],
+            light_density: meeting.light_density,
+            next_event_ratio: beginning.next_event_ratio,
+            raster: None,
+        };
+        let technique = Technique::Merged(meeting.strategy);
+        Some(Self { scene, camera, light, beside: Some(beside), joint, raster, technique })
+    }
+
+    /// By the light vertex as a pass keeps it.
+    #[inline(never)]
+    fn merged_weight(&self, techniques: &Techniques, rivals: &Rivals) -> f32 {
+        let prefix: Vec<_> = self.light.iter().chain(self.beside).copied().collect();
+        let beginning =
+            Beginning { hittable: f32::from(self.light_is_hittable()), next_event_ratio: self.joint.next_event_ratio };
+        let kept = LightVertex::of(&prefix, beginning, rivals, 0);
+        let met = kept.and_then(|kept| Some((kept, kept.met_by(self.camera, techniques)?)));
+        met.map_or(0.0, |(kept, meeting)| kept.weight(self.camera, &meeting, techniques, rivals))
+    }
+
     /// A path that area sampling drew, with its V: F/p straight from the definition. `steps` is storage for its
     /// vertices. `None` if it contributes nothing.
     pub fn by_areas(scene: &'a Scene, path: &Path<'_>, steps: &'a mut Vec<Step>, raster: Raster) -> Option<Self> {
@@ -354,6 +407,14 @@ impl<'a> JoinedPath<'a> {
             raster: None,
         };
         let technique = Technique::Area;
-        (value != Rgb::ZERO).then_some(Self { scene, camera: steps, light: &[], joint, raster, technique })
+        (value != Rgb::ZERO).then_some(Self {
+            scene,
+            camera: steps,
+            light: &[],
+            beside: None,
+            joint,
+            raster,
+            technique,
+        })
     }
 }

@@ -1,6 +1,6 @@
 //! Multiple importance sampling: the weight of a strategy as a pure sum over two arrays of densities (Veach 9.2, 10.2).
 
-use super::{Strategy, Techniques};
+use super::{Strategy, Technique, Techniques};
 use crate::{
     lanes::{Float, Lanes, One, Select},
     sampling::PdfArea,
@@ -72,71 +72,100 @@ pub(super) fn effective_count<L: Lanes>(path: &impl Densities<L>, strategy: Stra
     impossible.select(zero, count)
 }
 
+/// What is to be multiplied by l_{t−1} and the density of (s,t) for n p of the merge at p_{t−1}; zero where the path
+/// does not let that vertex merge.
+#[inline(always)]
+pub(super) fn effective_merges<L: Lanes>(path: &impl Densities<L>, t: u32, techniques: &Techniques) -> L::F {
+    let (lanes, factor) = (path.lanes(), techniques.merging_factor(t));
+    let (zero, i) = (lanes.splat(0.0), t.wrapping_sub(1));
+    if factor == 0.0 || i == 0 || i >= path.edges() {
+        return zero;
+    }
+    path.is_delta(i).select(zero, lanes.splat(factor))
+}
+
 /// n of a strategy over the n, of which `per_own` is the reciprocal, of the one that found the path.
 #[inline(always)]
 pub(super) fn count_ratio<F: Float>(count: F, per_own: F) -> F {
     count * per_own
 }
 
-/// w_{s,t}(p̄): the share of a path that the strategy which found it may deposit.
+/// w(p̄): the share of a path that the technique which found it may deposit, a strategy (s,t) or a merge.
 ///
-/// `strategy` must have found the path: its count and all its densities are positive. The ratios n p_{s',t'} / n
-/// p_{s,t} are built step by step outwards from the connection, never as products of densities, and in f64: single ones
-/// may be as large as 10⁸³, and what leaves f32's range at one vertex may come back at the next. Returns a number in
-/// [0, 1]; the weights of all supported strategies sum to 1.
+/// It must have found the path: its count and all its densities are positive. The ratios n p_{s',t'} / n p_{s,t} are
+/// built step by step outwards from the connection, never as products of densities, and in f64: single ones may be as
+/// large as 10⁸³, and what leaves f32's range at one vertex may come back at the next. Returns a number in [0, 1]; the
+/// weights of all supported techniques sum to 1.
 #[inline(always)]
-pub fn mis_weight(path: &impl Densities, strategy: Strategy, techniques: &Techniques, heuristic: Heuristic) -> f32 {
-    let others = |lower: fn(f64) -> f64, higher: fn(f64) -> f64| others(path, strategy, techniques, lower, higher);
+pub fn mis_weight(path: &impl Densities, found: Technique, techniques: &Techniques, heuristic: Heuristic) -> f32 {
+    let (strategy, own) = match found {
+        Technique::Bidirectional(strategy) => (strategy, effective_count(path, strategy, techniques)),
+        Technique::Merged(strategy) => {
+            (strategy, effective_merges(path, strategy.t, techniques) * path.light_density(strategy.t - 1).0)
+        }
+        Technique::Area => return 1.0,
+    };
+    let others = |of: fn(f64) -> f64| {
+        let (lower_s, higher_s) = others(path, strategy.t, 1.0 / own, techniques, of);
+        let connected = match found {
+            // Among the others is the merge itself, but not the strategy that connects next to it.
+            Technique::Merged(_) => of(f64::from(effective_count(path, strategy, techniques)) / f64::from(own)),
+            _ => 1.0,
+        };
+        (connected, lower_s, higher_s)
+    };
     match heuristic {
         Heuristic::Balance => {
-            let (lower_s, higher_s) = others(|r| r, |r| r);
-            (1.0 / (1.0 + lower_s + higher_s)) as f32
+            let (connected, lower_s, higher_s) = others(|r| r);
+            (1.0 / (connected + lower_s + higher_s)) as f32
         }
         Heuristic::Power => {
-            let (lower_s, higher_s) = others(|r| r * r, |r| r * r);
-            (1.0 / (1.0 + lower_s + higher_s)) as f32
+            let (connected, lower_s, higher_s) = others(|r| r * r);
+            (1.0 / (connected + lower_s + higher_s)) as f32
         }
         Heuristic::FirstSupported => {
-            let (_, higher_s) = others(|r| r, |r| r);
+            let (_, _, higher_s) = others(|r| r);
             if higher_s > 0.0 { 0.0 } else { 1.0 }
         }
     }
 }
 
-/// Σ over the other strategies that could have found the path of a function of n p_{s',t'} / n p_{s,t}: over those with
-/// fewer light vertices, and over those with more.
+/// Σ over the techniques beside (s,t) that could have found the path of a function of their n p over the n p of the one
+/// that did, of which `per_own` is the reciprocal in units of the density of (s,t): over those with fewer light
+/// vertices, and over those with more, to which a merge at p_{t−1} belongs.
 #[inline(always)]
-fn others(
-    path: &impl Densities,
-    strategy: Strategy,
-    techniques: &Techniques,
-    lower: fn(f64) -> f64,
-    higher: fn(f64) -> f64,
-) -> (f64, f64) {
+fn others(path: &impl Densities, t: u32, per_own: f32, techniques: &Techniques, of: fn(f64) -> f64) -> (f64, f64) {
     let n = path.edges();
-    debug_assert_eq!(n, strategy.edges());
     let count = |t: u32| effective_count(path, Strategy { s: n + 1 - t, t }, techniques);
-    let per_own = 1.0 / count(strategy.t);
+    let merges = |i: u32| effective_merges(path, i + 1, techniques);
     // A ratio may overflow, and ∞·0 would be no number where the other strategy has no sample at all.
     let term = |ratio: f64, count: f32| if count == 0.0 { 0.0 } else { ratio * f64::from(count_ratio(count, per_own)) };
     let range = techniques.range(n);
+    let (mut first, mut last) = (*range.start(), *range.end());
+    if techniques.radius().is_some() {
+        (first, last) = (1, n + 1);
+    }
     let (mut lower_s, mut ratio) = (0.0, 1.0);
-    for i in strategy.t..*range.end() {
+    for i in t..last {
         // p_i moves from the light's part to the camera's, s falls.
-        ratio *= f64::from(path.camera_density(i).0) / f64::from(path.light_density(i).0);
+        let [camera, light] = [path.camera_density(i), path.light_density(i)].map(|p| f64::from(p.0));
+        lower_s += of(term(ratio * camera, merges(i)));
+        ratio *= camera / light;
         if ratio.is_nan() || ratio <= 0.0 {
             break;
         }
-        lower_s += lower(term(ratio, count(i + 1)));
+        lower_s += of(term(ratio, count(i + 1)));
     }
     let (mut higher_s, mut ratio) = (0.0, 1.0);
-    for i in (*range.start()..strategy.t).rev() {
+    for i in (first..t).rev() {
         // p_i moves from the camera's part to the light's, s grows.
-        ratio *= f64::from(path.light_density(i).0) / f64::from(path.camera_density(i).0);
+        let [camera, light] = [path.camera_density(i), path.light_density(i)].map(|p| f64::from(p.0));
+        higher_s += of(term(ratio * light, merges(i)));
+        ratio *= light / camera;
         if ratio.is_nan() || ratio <= 0.0 {
             break;
         }
-        higher_s += higher(term(ratio, count(i)));
+        higher_s += of(term(ratio, count(i)));
     }
     (lower_s, higher_s)
 }
@@ -152,7 +181,10 @@ pub fn is_covered(path: &impl Densities, techniques: &Techniques) -> bool {
     let from_light = (1..=n).rev().take_while(|i| path.light_density(*i) > PdfArea::ZERO).count() as u32;
     let lowest = (n + 1).saturating_sub(from_light).max(1);
     let highest = (from_camera + 1).min(n + 1);
+    // A merge has one vertex from both sides.
+    let mut meeting = (n + 1).saturating_sub(from_light).max(1)..=from_camera;
     (lowest..=highest).any(|t| effective_count(path, Strategy { s: n + 1 - t, t }, techniques) > 0.0)
+        || meeting.any(|i| effective_merges(path, i + 1, techniques) > 0.0)
 }
 
 /// How much a table deposits where it finds this path, over F/(n p) of the table `own` whose strategy `found` found it:
@@ -205,218 +237,4 @@ pub fn relative_deposit(
 }
 
 #[cfg(test)]
-mod tests {
-    use proptest::{
-        prelude::{Strategy as Generator, any, prop, prop_assert},
-        proptest,
-    };
-
-    use super::{
-        super::{RivalSum, Rivals, RunningSum},
-        *,
-    };
-    use crate::scene::camera::Sensor;
-
-    /// Densities out of thin air.
-    #[derive(Debug)]
-    struct Arbitrary {
-        camera: Vec<f32>,
-        light: Vec<f32>,
-        delta: Vec<bool>,
-        next_event: f32,
-        hittable: bool,
-        directions: bool,
-    }
-
-    impl Densities for Arbitrary {
-        fn lanes(&self) -> One {
-            One
-        }
-        fn edges(&self) -> u32 {
-            self.camera.len() as u32 - 1
-        }
-        fn camera_density(&self, i: u32) -> PdfArea {
-            PdfArea(self.camera[i as usize])
-        }
-        fn light_density(&self, i: u32) -> PdfArea {
-            PdfArea(self.light[i as usize])
-        }
-        fn next_event_ratio(&self) -> f32 {
-            self.next_event
-        }
-        fn is_delta(&self, i: u32) -> bool {
-            0 < i && i < self.edges() && self.delta[i as usize]
-        }
-        fn light_is_hittable(&self) -> bool {
-            self.hittable
-        }
-        fn ends_are_directions(&self) -> bool {
-            self.directions
-        }
-    }
-
-    fn densities() -> impl Generator<Value = Arbitrary> {
-        densities_up_to(5.0)
-    }
-
-    /// Up to e^`log` and down to its reciprocal.
-    fn densities_up_to(log: f32) -> impl Generator<Value = Arbitrary> {
-        (2_usize..9).prop_flat_map(move |n| {
-            let density = || prop::collection::vec(-log..log, n).prop_map(|v| v.into_iter().map(f32::exp).collect());
-            (density(), density(), prop::collection::vec(any::<bool>(), n), 0.1_f32..10.0, any::<bool>(), any::<bool>())
-                .prop_map(|(camera, light, delta, next_event, hittable, directions)| Arbitrary {
-                    camera,
-                    light,
-                    delta,
-                    next_event,
-                    hittable,
-                    directions,
-                })
-        })
-    }
-
-    /// A table whose weights running sums can give.
-    fn separable(entries: &[u32]) -> impl Fn(Strategy) -> u32 {
-        let entry = |s: u32, t: u32| entries[(s * 10 + t) as usize];
-        move |x| match (x.s, x.t) {
-            (3.., 4..) => entry(0, 0),
-            (3.., t) => entry(9, t),
-            (s, 4..) => entry(s, 9),
-            (s, t) => entry(s, t),
-        }
-    }
-
-    const SENSOR: Sensor = Sensor { width: 7, height: 5, padding: 1 };
-
-    /// The weight of every strategy that could have found the path, by running sums.
-    fn weights_by_running_sums(path: &Arbitrary, table: &Techniques, heuristic: Heuristic) -> Vec<(Strategy, f32)> {
-        let n = path.edges() as usize;
-        let rivals = Rivals::of(table, heuristic).unwrap();
-        let (camera, light) = ([&path.camera, &path.light], [&path.light, &path.camera]);
-        // Along a subpath through all of the path from each side; a connection looks at the part that it has.
-        let along = |sum: &RunningSum, [own, other]: [&Vec<f32>; 2], at: &dyn Fn(usize) -> usize, ends: [f32; 2]| {
-            let delta = |j: usize| path.is_delta(at(j) as u32);
-            let next = |before: &mut RivalSum, j: usize| {
-                let free = j == 0 || !(delta(j) || delta(j - 1));
-                let connects = if free { ends.get(j).copied().unwrap_or(1.0) } else { 0.0 };
-                *before = sum.next(j, [other, own].map(|p| PdfArea(p[at(j)])), connects, *before);
-                Some(*before)
-            };
-            (0..n).scan(RivalSum::ZERO, next).collect::<Vec<_>>()
-        };
-        let from_camera = along(&rivals.camera, camera, &|j| j, [0.0, 1.0]);
-        let from_light = along(&rivals.light, light, &|j| n - j, [f32::from(path.hittable), path.next_event]);
-        let before = |sums: &[RivalSum], k: usize| k.checked_sub(3).map_or(RivalSum::ZERO, |j| sums[j]);
-        let strategies = (1..=n + 1).map(|t| Strategy { s: (n + 1 - t) as u32, t: t as u32 });
-        strategies
-            .filter(|x| table.range(n as u32).contains(&x.t) && effective_count(path, *x, table) > 0.0)
-            .map(|x| {
-                let sums = [before(&from_camera, x.t as usize), before(&from_light, x.s as usize)];
-                (x, rivals.weight(path, x, table, sums))
-            })
-            .collect()
-    }
-
-    /// w from the logarithms of n p, which have any range.
-    fn weight_by_logarithms(path: &Arbitrary, strategy: Strategy, table: &Techniques, exponent: f64) -> f64 {
-        let n = path.edges();
-        let log = |t: u32| {
-            let ratio = |i: u32| f64::from(path.camera[i as usize]).ln() - f64::from(path.light[i as usize]).ln();
-            f64::from(effective_count(path, Strategy { s: n + 1 - t, t }, table)).ln() + (1..t).map(ratio).sum::<f64>()
-        };
-        let own = log(strategy.t);
-        1.0 / table.range(n).map(|t| (exponent * (log(t) - own)).exp()).sum::<f64>()
-    }
-
-    proptest! {
-        /// Over all of f32's range: near-smooth metals beside micrometre lamps are well within it.
-        #[test]
-        fn weights_of_any_densities_are_those_by_logarithms(
-            path in densities_up_to(85.0),
-            entries in prop::collection::vec(0_u32..3, 100),
-        ) {
-            let table = Techniques::new(SENSOR, 8, separable(&entries));
-            for (heuristic, exponent) in [(Heuristic::Balance, 1.0), (Heuristic::Power, 2.0)] {
-                for (strategy, running) in weights_by_running_sums(&path, &table, heuristic) {
-                    let exact = weight_by_logarithms(&path, strategy, &table, exponent);
-                    let whole = mis_weight(&path, strategy, &table, heuristic);
-                    for (weight, how) in [(running, "running"), (whole, "whole")] {
-                        let off = (f64::from(weight) - exact).abs();
-                        prop_assert!(off <= 1e-5 * exact + 1e-37, "{heuristic:?} {strategy}, {how}: {weight} for \
-                            {exact}");
-                    }
-                }
-            }
-        }
-
-        /// Σ n_s p_s (w_s F/(n_s p_s))² over the table is what one find deposits, whichever strategy found the path.
-        #[test]
-        fn a_relative_deposit_is_the_second_moment(
-            path in densities(),
-            entries in prop::collection::vec(0_u32..3, 100),
-        ) {
-            let sensor = Sensor { width: 7, height: 5, padding: 1 };
-            let all = Techniques::new(sensor, 9, |_| 1);
-            let table = Techniques::new(sensor, 9, |x| entries[((x.s * 10 + x.t) % 100) as usize]);
-            let n = path.edges();
-            let strategies = || (1..=n + 1).map(|t| Strategy { s: n + 1 - t, t });
-            // n_s p_s over the product of all light densities.
-            let np = |x: Strategy, table: &Techniques| {
-                let ratio = |i: u32| f64::from(path.camera[i as usize]) / f64::from(path.light[i as usize]);
-                let ratio: f64 = (1..x.t).map(ratio).product();
-                ratio * f64::from(effective_count(&path, x, table))
-            };
-            for heuristic in [Heuristic::Balance, Heuristic::Power, Heuristic::FirstSupported] {
-                let supported: Vec<_> = strategies().filter(|x| np(*x, &table) > 0.0).collect();
-                prop_assert!(is_covered(&path, &table) != supported.is_empty());
-                let moment: f64 = supported.iter()
-                    .map(|x| f64::from(mis_weight(&path, *x, &table, heuristic)).powi(2) / np(*x, &table))
-                    .sum();
-                for found in strategies().filter(|x| np(*x, &all) > 0.0) {
-                    let relative = relative_deposit(&path, found, &all, &table, heuristic);
-                    if supported.is_empty() {
-                        prop_assert!(relative == f64::INFINITY);
-                    } else {
-                        let expected = moment * np(found, &all);
-                        prop_assert!((relative / expected - 1.0).abs() < 1e-3, "{heuristic:?}: {relative} {expected}");
-                    }
-                }
-            }
-        }
-
-        /// For tables that allow it.
-        #[test]
-        fn running_sums_give_the_whole_tables_weights(
-            path in densities(),
-            entries in prop::collection::vec(0_u32..3, 100),
-            other in 1_u32..3,
-        ) {
-            let table = Techniques::new(SENSOR, 8, separable(&entries));
-            for heuristic in [Heuristic::Balance, Heuristic::Power] {
-                for (strategy, fast) in weights_by_running_sums(&path, &table, heuristic) {
-                    let whole = mis_weight(&path, strategy, &table, heuristic);
-                    prop_assert!((fast - whole).abs() <= 1e-5 * whole, "{heuristic:?} {strategy}: {fast} {whole}");
-                }
-            }
-            let more = |x: Strategy| if (x.s, x.t) == (3, 4) { other } else { 0 };
-            let one_more = Techniques::new(SENSOR, 8, |x| separable(&entries)(x) + more(x));
-            prop_assert!(Rivals::of(&one_more, Heuristic::Power).is_none());
-        }
-
-        #[test]
-        fn weights_over_the_table_sum_to_one(path in densities(), entries in prop::collection::vec(0_u32..4, 100)) {
-            let sensor = Sensor { width: 7, height: 5, padding: 1 };
-            let table = Techniques::new(sensor, 9, |x| entries[((x.s * 10 + x.t) % 100) as usize]);
-            let n = path.edges();
-            for heuristic in [Heuristic::Balance, Heuristic::Power, Heuristic::FirstSupported] {
-                let supported: Vec<_> = (1..=n + 1)
-                    .map(|t| Strategy { s: n + 1 - t, t })
-                    .filter(|x| effective_count(&path, *x, &table) > 0.0)
-                    .collect();
-                let sum: f32 = supported.iter().map(|x| mis_weight(&path, *x, &table, heuristic)).sum();
-                prop_assert!(supported.is_empty() || (sum - 1.0).abs() < 1e-4, "{heuristic:?}: {sum} over \
-                    {supported:?}");
-            }
-        }
-    }
-}
+mod tests;

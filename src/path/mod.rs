@@ -7,7 +7,7 @@
 //! | G(p↔p′), V(p↔p′) | [`Path::geometry_term`], [`Scene::visible`](crate::scene::Scene::visible) |
 //! | F_j(p̄) | [`Path::contribution`] |
 //! | p_{s,t}, n_{s,t}, w_{s,t} | [`Path::pdf`], [`Techniques`], [`mis_weight`] |
-//! | F between two prefixes | [`Joint`] |
+//! | F between two prefixes | [`Joint`], [`Meeting`] |
 //! | a step of a walk | [`Step::scatter`] |
 //!
 //! The core has two faces. The **definition** ([`Path`]) is written straight from the formulas, in f64 and without
@@ -22,6 +22,7 @@ mod departure;
 mod edge;
 mod joined;
 mod joint;
+mod merging;
 mod mis;
 mod rivals;
 mod roulette;
@@ -41,6 +42,7 @@ pub use departure::{Departure, Rules, Scattered};
 pub use edge::Edge;
 pub use joined::JoinedPath;
 pub use joint::{Around, Joint, Tail, are_directions, is_hittable};
+pub use merging::{LightVertex, Meeting, is_met};
 pub use mis::{Densities, Heuristic, is_covered, mis_weight, relative_deposit};
 pub use rivals::{Beginning, RivalSum, Rivals, RunningSum};
 pub use roulette::Roulette;

@@ -5,10 +5,13 @@
 //! alone. So each vertex carries their sum R_j = (p_other/p_own)^β (n_j^β + R_{j−1}), and a weight adds to it the two
 //! nearest on each side. That needs a table whose n_{s,t} is, so far back, a matter of the subpath alone as well
 //! ([`Rivals::of`]); any other is summed whole ([`mis_weight`](super::mis_weight)).
+//!
+//! A merge at p_j stands beside the strategy that connects p_{j−1} to it: R_j = (p_other/p_own)^β (n_j^β + (p_own
+//! m_j)^β + R_{j−1}), with m_j the pairs of subpaths times πr² (Georgiev et al. 2012).
 
 use super::{
     Densities, Heuristic, Strategy, Techniques,
-    mis::{count_ratio, effective_count},
+    mis::{count_ratio, effective_count, effective_merges},
 };
 use crate::{
     lanes::{Double, Float, Lanes, Select, Unsigned},
@@ -31,6 +34,8 @@ pub struct Rivals {
 pub struct RunningSum {
     /// n_j over a unit, by the number j of vertices from this side; empty if all are zero.
     counts: Box<[f32]>,
+    /// Of merges at the vertex 1, and at those further on: [`Techniques::merging_factor`] over the unit.
+    merges: [f32; 2],
     exponent: Exponent,
 }
 
@@ -103,13 +108,13 @@ impl<U: Unsigned> RivalSum<U> {
 
     /// The nearest to a number of at least 0, which does not round to infinity.
     #[inline(always)]
-    fn nearest(root: <U::Lanes as Lanes>::D) -> Self {
+    pub(super) fn nearest(root: <U::Lanes as Lanes>::D) -> Self {
         let most = root.lanes().splat_d(1e308);
         Self(root.lt(most).select(root, most).upper_half())
     }
 
     #[inline(always)]
-    fn root(self) -> <U::Lanes as Lanes>::D {
+    pub(super) fn root(self) -> <U::Lanes as Lanes>::D {
         Double::of_upper_half(self.0)
     }
 }
@@ -120,11 +125,57 @@ fn ratio<F: Float>(other: PdfArea<F>, own: PdfArea<F>) -> <F::Lanes as Lanes>::D
     other.0.to_f64() / own.0.to_f64()
 }
 
+/// The sum, moved from one side to the other; zero where either is.
+#[inline(always)]
+fn times_ratio<F: Float>([other, own]: [PdfArea<F>; 2], sum: <F::Lanes as Lanes>::D) -> <F::Lanes as Lanes>::D {
+    let ratio = ratio(other, own);
+    // A ratio may be infinite, and may be NaN; neither makes anything of no rival.
+    let zero = ratio.lanes().splat_d(0.0);
+    (zero.lt(ratio) & zero.lt(sum)).select(ratio * sum, zero)
+}
+
 impl RunningSum {
     /// Whether there is anything to sum.
     #[inline]
     pub fn is_empty(&self) -> bool {
-        self.counts.is_empty()
+        self.counts.is_empty() && !self.has_merges()
+    }
+
+    /// Whether merges are among it.
+    #[inline]
+    pub fn has_merges(&self) -> bool {
+        self.merges[1] > 0.0
+    }
+
+    /// [`Self::next`] of a table with merges; `is_delta` says of vertex j that nothing merges there.
+    #[inline(always)]
+    pub fn next_merging<F: Float>(
+        &self,
+        j: usize,
+        [other, own]: [PdfArea<F>; 2],
+        connects: F,
+        is_delta: <F::Lanes as Lanes>::M,
+        before: RivalSum<<F::Lanes as Lanes>::U>,
+    ) -> RivalSum<<F::Lanes as Lanes>::U> {
+        let all = self.up_to(j, own, connects, is_delta, before);
+        RivalSum::nearest(times_ratio([other, own], all))
+    }
+
+    /// (n_j^β + (p_own m_j)^β + R_{j−1})^{1/β}.
+    #[inline(always)]
+    pub fn up_to<F: Float>(
+        &self,
+        j: usize,
+        own: PdfArea<F>,
+        connects: F,
+        is_delta: <F::Lanes as Lanes>::M,
+        before: RivalSum<<F::Lanes as Lanes>::U>,
+    ) -> <F::Lanes as Lanes>::D {
+        let lanes = connects.lanes();
+        let count = self.counts.get(j).copied().unwrap_or(0.0);
+        let factor = if j == 0 { 0.0 } else { self.merges[(j - 1).min(1)] };
+        let merges = is_delta.select(lanes.splat(0.0), lanes.splat(factor)).to_f64() * own.0.to_f64();
+        self.exponent.sum(self.exponent.sum((connects * count).to_f64(), merges), before.root())
     }
 
     /// R_j from R_{j−1}: `other` and `own` are the densities of the subpath's vertex j, counted from 0, from the other
@@ -198,14 +249,18 @@ impl Rivals {
         };
         let by_t =
             |t: u32| same_for_all((3..=longest.saturating_sub(t)).map(|s| table.count(Strategy { s, t })).collect());
-        let by_s =
-            |s: u32| same_for_all((4..=longest.saturating_sub(s)).map(|t| table.count(Strategy { s, t })).collect());
-        let sum = |counts: Vec<f32>| {
-            let any = counts.iter().any(|count| *count > 0.0);
-            RunningSum { counts: if any { counts.into() } else { Box::default() }, exponent }
+        // A light vertex that is kept for merges knows the strategy beyond its own predecessor, too.
+        let first = if table.radius().is_some() { 3 } else { 4 };
+        let by_s = |s: u32| {
+            same_for_all((first..=longest.saturating_sub(s)).map(|t| table.count(Strategy { s, t })).collect())
         };
-        let camera = sum((0..longest).map(by_t).collect::<Option<_>>()?);
-        let light = sum((0..longest).map(by_s).collect::<Option<_>>()?);
+        let merges = [2, 3].map(|t| table.merging_factor(t) / unit);
+        let sum = |counts: Vec<f32>, merges: [f32; 2]| {
+            let any = counts.iter().any(|count| *count > 0.0);
+            RunningSum { counts: if any { counts.into() } else { Box::default() }, merges, exponent }
+        };
+        let camera = sum((0..longest).map(by_t).collect::<Option<_>>()?, merges);
+        let light = sum((0..longest).map(by_s).collect::<Option<_>>()?, [merges[1]; 2]);
         Some(Self { camera, light, unit })
     }
 
@@ -256,6 +311,81 @@ impl Rivals {
             }
         }
         L::F::from_f64(one / (one + lower_s + higher_s))
+    }
+
+    /// The weight of a strategy in a table with merges, from the same sums as [`Self::weight`].
+    #[inline(always)]
+    pub fn weight_among_merges<L: Lanes>(
+        &self,
+        path: &impl Densities<L>,
+        strategy: Strategy,
+        techniques: &Techniques,
+        [towards_camera, towards_light]: [RivalSum<L::U>; 2],
+    ) -> L::F {
+        let own = (effective_count(path, strategy, techniques) * (1.0 / self.unit)).to_f64();
+        let camera = self.towards_camera(path, strategy.t, techniques, towards_camera);
+        let light = self.towards_light(path, strategy.t, techniques, towards_light);
+        self.share(own, [own, camera, light])
+    }
+
+    /// What the techniques that have p_{t−1} from the light come to in units of (s,t)'s density: those that connect at
+    /// or before it, and the merges up to that at p_{t−1}.
+    #[inline(always)]
+    pub fn towards_camera<L: Lanes>(
+        &self,
+        path: &impl Densities<L>,
+        t: u32,
+        techniques: &Techniques,
+        before: RivalSum<L::U>,
+    ) -> L::D {
+        let n = path.edges();
+        let mut sum = before.root();
+        for i in t.saturating_sub(2).max(1)..t {
+            let [own, other] = [path.camera_density(i), path.light_density(i)];
+            let connects = effective_count(path, Strategy { s: n + 1 - i, t: i }, techniques) * (1.0 / self.unit);
+            let merges = effective_merges(path, i + 1, techniques) * (1.0 / self.unit);
+            let merges = merges.to_f64() * own.0.to_f64();
+            let exponent = self.camera.exponent;
+            sum = times_ratio([other, own], exponent.sum(exponent.sum(connects.to_f64(), merges), sum));
+        }
+        sum
+    }
+
+    /// The same of those that have p_t from the camera.
+    #[inline(always)]
+    fn towards_light<L: Lanes>(
+        &self,
+        path: &impl Densities<L>,
+        t: u32,
+        techniques: &Techniques,
+        before: RivalSum<L::U>,
+    ) -> L::D {
+        let n = path.edges();
+        let mut sum = before.root();
+        for i in (t..(t + 2).min(n + 1)).rev() {
+            let [own, other] = [path.light_density(i), path.camera_density(i)];
+            let connects = effective_count(path, Strategy { s: n - i, t: i + 1 }, techniques) * (1.0 / self.unit);
+            let merges = effective_merges(path, i + 1, techniques) * (1.0 / self.unit);
+            let merges = merges.to_f64() * own.0.to_f64();
+            let exponent = self.light.exponent;
+            sum = times_ratio([other, own], exponent.sum(exponent.sum(connects.to_f64(), merges), sum));
+        }
+        sum
+    }
+
+    /// own^β over Σ all^β.
+    #[inline(always)]
+    pub fn share<D: Double>(&self, own: D, all: [D; 3]) -> <D::Lanes as Lanes>::F {
+        let exponent = self.camera.exponent;
+        let [a, b, c] = all;
+        let share = own / exponent.sum(exponent.sum(a, b), c);
+        <D::Lanes as Lanes>::F::from_f64(exponent.of(share))
+    }
+
+    /// What the counts are in multiples of.
+    #[inline]
+    pub fn unit(&self) -> f32 {
+        self.unit
     }
 
     /// A summand: multiplied out before it is squared, so that one beyond f64 leaves nothing to the others, and one

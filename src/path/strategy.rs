@@ -1,6 +1,6 @@
 //! Strategies and the table that says how often each is used: an integrator is such a table.
 
-use std::ops::RangeInclusive;
+use std::{f32::consts::PI, ops::RangeInclusive};
 
 use crate::scene::{bsdf::Directions, camera::Sensor};
 
@@ -31,6 +31,9 @@ impl std::fmt::Display for Strategy {
 pub enum Technique {
     /// (s,t): walks from both sides, connected.
     Bidirectional(Strategy),
+    /// The camera subpath of (s,t), whose last vertex a light subpath of s + 1 vertices has reached as well, within the
+    /// radius of [`Merging`](super::Merging).
+    Merged(Strategy),
     /// Every vertex on its own, uniform over the area of the surfaces (p_n: of the emitting ones).
     Area,
 }
@@ -39,6 +42,7 @@ impl std::fmt::Display for Technique {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         match self {
             Self::Bidirectional(strategy) => strategy.fmt(f),
+            Self::Merged(strategy) => write!(f, "merged {strategy}"),
             Self::Area => f.write_str("area"),
         }
     }
@@ -49,7 +53,8 @@ impl std::fmt::Display for Technique {
 /// A pass has N_c camera subpaths, one per padded pixel, and N_l light subpaths that splat. An entry is a multiplicity
 /// m_{s,t} ≥ 0 per subpath: n_{s,t≥2} = N_c·m_{s,t} and n_{s,1} = N_l·m_{s,1}. Zero leaves a strategy out; m_{1,t} = N
 /// takes N next-event samples a vertex. A camera subpath that splits into N at its first surface counts N times beyond
-/// it. Whatever is no (s,t) (area sampling, merging) joins as a field of its own and one more term of the weight's sum.
+/// it. Whatever is no (s,t) (area sampling, merging) has a field of its own, and merging is one more term of the
+/// weight's sum at each t.
 #[derive(Clone, Debug)]
 pub struct Techniques {
     camera_subpaths: u32,
@@ -70,6 +75,8 @@ pub struct Techniques {
     shared: Option<SharedLightVertices>,
     /// Area samples per light subpath for each length of paths.
     area: u32,
+    /// The radius within which a camera subpath meets the light subpaths of the pass, if it does; m.
+    radius: Option<f32>,
     light_vertices: LightVertices,
     camera_vertices: u32,
 }
@@ -97,7 +104,8 @@ impl Techniques {
             light_paths: 1,
             shared: None,
             area: 0,
-            light_vertices: LightVertices { connected: 0, splatted: 0 },
+            radius: None,
+            light_vertices: LightVertices::default(),
             camera_vertices: 0,
         };
         empty.with_entries((0..side * side).map(entry).collect())
@@ -139,11 +147,14 @@ impl Techniques {
         let longest = |wanted: fn(&Strategy) -> bool, vertices: fn(Strategy) -> u32| {
             table.strategies().filter(wanted).map(vertices).max().unwrap_or(0)
         };
+        // What merges has two vertices from either side, of which one is the same.
+        let merged = if table.radius.is_some() { table.max_depth } else { 0 };
         let light_vertices = LightVertices {
             connected: longest(|x| x.s >= 2 && x.t >= 2, |x| x.s),
             splatted: longest(|x| x.t == 1, |x| x.s),
+            merged,
         };
-        let camera_vertices = longest(|x| x.t >= 2, |x| x.t);
+        let camera_vertices = longest(|x| x.t >= 2, |x| x.t).max(merged);
         Self { light_vertices, camera_vertices, ..table }
     }
 
@@ -155,7 +166,43 @@ impl Techniques {
             let kept = Strategy { s: i / side, t: i % side } == strategy;
             if kept { self.multiplicity[i as usize] } else { 0 }
         });
-        Self { area: 0, ..self.with_entries(multiplicity.collect()) }
+        Self { area: 0, radius: None, ..self.clone() }.with_entries(multiplicity.collect())
+    }
+
+    /// The same table with merges within `radius`, in metres: every vertex of a camera subpath from p_1 on meets the
+    /// vertices of all N_l light subpaths of a pass, or its own table's if it is `None`.
+    #[must_use]
+    pub fn merging_within(&self, radius: Option<f32>) -> Self {
+        Self { radius, ..self.clone() }.with_entries(self.multiplicity.clone())
+    }
+
+    /// The radius of merges, if there are any; m.
+    #[inline]
+    pub fn radius(&self) -> Option<f32> {
+        self.radius
+    }
+
+    /// πr², the area of what a vertex meets, in m²; zero where nothing merges.
+    #[inline]
+    pub fn merging_area(&self) -> f32 {
+        self.radius.map_or(0.0, |r| PI * r * r)
+    }
+
+    /// How many pairs of subpaths of a pass may merge at p_{t−1}: N_c · splits · N_l, zero where nothing merges.
+    #[inline]
+    pub fn merging_pairs(&self, t: u32) -> f32 {
+        if self.radius.is_none() || t < 2 {
+            return 0.0;
+        }
+        let splits = if t == 2 { 1 } else { self.splits };
+        (self.camera_subpaths as f32 * splits as f32) * (self.light_subpaths as f32 * self.light_paths as f32)
+    }
+
+    /// What the density of (s,t) is to be multiplied by, beside l_{t−1}, for that of the merge at p_{t−1} times its
+    /// count: N_c · splits · N_l · πr².
+    #[inline]
+    pub fn merging_factor(&self, t: u32) -> f32 {
+        self.merging_pairs(t) * self.merging_area()
     }
 
     /// The same table with the rule `directions` for the walks, if it is one of directional sampling alone, s = 0:
@@ -252,11 +299,13 @@ impl Techniques {
         self.range.get(n as usize).cloned().unwrap_or(RangeInclusive::new(1, 0))
     }
 
-    /// n of any technique: n_{s,t}, or the samples that area sampling takes of each length.
+    /// n of any technique: n_{s,t}, the pairs of subpaths that may merge, or the samples that area sampling takes of
+    /// each length.
     #[inline]
     pub fn samples(&self, technique: Technique) -> f32 {
         match technique {
             Technique::Bidirectional(strategy) => self.count(strategy),
+            Technique::Merged(strategy) => self.merging_pairs(strategy.t),
             Technique::Area => self.area as f32 * self.light_subpaths as f32,
         }
     }
@@ -285,14 +334,21 @@ impl Techniques {
             .map(move |i| Strategy { s: i / side, t: i % side })
     }
 
-    /// How many vertices a light subpath needs for connections to camera subpaths (s ≥ 2, t ≥ 2) and for splats (t =
-    /// 1).
+    /// Every strategy beside which something merges: see [`Technique::Merged`].
+    pub fn merges(&self) -> impl Iterator<Item = Strategy> {
+        let most = if self.radius.is_some() { self.max_depth } else { 0 };
+        (1..most).flat_map(move |s| (2..=most + 1 - s).map(move |t| Strategy { s, t }))
+    }
+
+    /// How many vertices a light subpath needs for connections to camera subpaths (s ≥ 2, t ≥ 2), for splats (t = 1)
+    /// and for merges.
     #[inline]
     pub fn light_vertices(&self) -> LightVertices {
         self.light_vertices
     }
 
-    /// How many vertices a camera subpath needs: the largest t of any strategy with t ≥ 2, zero if there is none.
+    /// How many vertices a camera subpath needs: the largest t of any strategy with t ≥ 2 and of merges, zero if there
+    /// is none.
     #[inline]
     pub fn camera_vertices(&self) -> u32 {
         self.camera_vertices
@@ -309,12 +365,21 @@ pub struct SharedLightVertices {
 }
 
 /// See [`Techniques::light_vertices`].
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct LightVertices {
     /// The largest s of a strategy with s ≥ 2 and t ≥ 2, or zero.
     pub connected: u32,
     /// The largest s of a strategy with t = 1, or zero.
     pub splatted: u32,
+    /// The most vertices of a light subpath that merges, the common one counted, or zero.
+    pub merged: u32,
+}
+
+impl LightVertices {
+    /// The most that any use asks for.
+    pub fn most(self) -> u32 {
+        self.connected.max(self.splatted).max(self.merged)
+    }
 }
 
 #[cfg(test)]
@@ -333,7 +398,7 @@ mod tests {
         assert_eq!(table.count(Strategy { s: 2, t: 0 }), 0.0);
         assert_eq!(table.count(Strategy { s: 2, t: 3 }), 0.0);
         assert_eq!(table.strategies().count(), 2 + 3 + 4);
-        assert_eq!(table.light_vertices(), LightVertices { connected: 2, splatted: 3 });
+        assert_eq!(table.light_vertices(), LightVertices { connected: 2, splatted: 3, merged: 0 });
         assert_eq!(table.camera_vertices(), 4);
         // Three connections for each camera vertex, to what a light subpath has one and a half of.
         let shared = Techniques::new(SENSOR, 4, |_| 1).with_light_paths(2).with_light_vertices(3, 1.5);

@@ -116,6 +116,12 @@ impl Subpath {
         self.beginning.next_event_ratio
     }
 
+    /// What the subpath's first two edges count as in running sums.
+    #[inline]
+    pub fn beginning(&self) -> Beginning {
+        self.beginning
+    }
+
     /// Walks from the lens through `raster`, to at most `vertices` vertices. Where a ray leaves the scene, an
     /// environment's point becomes the last vertex.
     ///
@@ -342,7 +348,11 @@ impl Subpath {
             _ => (false, RivalSum::ZERO),
         };
         let connects = self.beginning.connects(j, [from.vertex.is_delta(), before_is_delta]);
-        self.room[j].rivals = self.rivals.next(j, densities, connects, before);
+        self.room[j].rivals = if self.rivals.has_merges() {
+            self.rivals.next_merging(j, densities, connects, from.vertex.is_delta(), before)
+        } else {
+            self.rivals.next(j, densities, connects, before)
+        };
     }
 
     /// Samples how the walk leaves its last vertex, and fills in what that decides: the vertex's lobe and its

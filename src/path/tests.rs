@@ -7,7 +7,7 @@ use std::f64::consts::PI;
 
 use glam::{Vec2, Vec3};
 
-use super::{Heuristic, Path, Strategy, Techniques, Vertex};
+use super::{Heuristic, Path, Strategy, Technique, Techniques, Vertex};
 use crate::{
     math::Rgb,
     scene::{
@@ -238,7 +238,9 @@ fn weights_of_the_definition_sum_to_one() {
     let path = Path::new(&scene, vec![lens(&scene), seen(&scene), sky]);
     let table = Techniques::new(SENSOR, 4, |x| 1 + x.s % 2);
     for heuristic in [Heuristic::Balance, Heuristic::Power, Heuristic::FirstSupported] {
-        let sum: f64 = (1..=3).map(|t| path.mis_weight(Strategy { s: 3 - t, t }, &table, heuristic)).sum();
+        let sum: f64 = (1..=3)
+            .map(|t| path.mis_weight(Technique::Bidirectional(Strategy { s: 3 - t, t }), &table, heuristic))
+            .sum();
         assert_close(sum, 1.0);
     }
 }

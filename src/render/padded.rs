@@ -90,6 +90,16 @@ impl Pixel {
         offset(self.y) << 16 | offset(self.x)
     }
 
+    /// Its number among those of the image, row by row.
+    pub(super) fn number(self, sensor: Sensor) -> u32 {
+        (self.y as u32).wrapping_mul(sensor.width).wrapping_add(self.x as u32)
+    }
+
+    /// The pixel with this number.
+    pub(super) fn of_number(number: u32, sensor: Sensor) -> Self {
+        Self { x: (number % sensor.width) as i32, y: (number / sensor.width) as i32 }
+    }
+
     /// Its upper left corner on the image.
     #[inline]
     pub(super) fn corner(self) -> Vec2 {

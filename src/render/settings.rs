@@ -40,6 +40,9 @@ pub struct Settings {
     /// Connections of each vertex of a camera subpath, to light vertices that are chosen among those of a tile; `None`
     /// for one with each of its own pixel's.
     pub light_vertices: Option<u32>,
+    /// The radius of merges in every pass, in metres; `None` for one that begins with the pixels' size and shrinks. Of
+    /// no effect where nothing merges.
+    pub merge_radius: Option<f32>,
     /// When Russian roulette may end a subpath.
     pub roulette: Roulette,
     /// Russian roulette on connections.
@@ -74,6 +77,7 @@ impl Settings {
             splits: 1,
             light_paths: 1,
             light_vertices: None,
+            merge_radius: None,
             roulette: Roulette::default(),
             connection_roulette: None,
             only: None,

@@ -21,19 +21,13 @@ use statrs::distribution::{ContinuousCDF, StudentsT};
 use crate::{
     agreement::{Run, converge, each_other},
     islands::{Around, Content, Lamp, View, islands},
-    scenes,
+    scenes::{self, UNBIASED},
     strategies::supports,
 };
 
 /// The number of values of each factor: integrators, samplers, materials, cameras, filters, lights.
-const LEVELS: [usize; 6] = [
-    IntegratorKind::ALL.len(),
-    SamplerKind::ALL.len(),
-    Content::ALL.len(),
-    View::ALL.len(),
-    Filter::ALL.len(),
-    Lamp::ALL.len(),
-];
+const LEVELS: [usize; 6] =
+    [UNBIASED.len(), SamplerKind::ALL.len(), Content::ALL.len(), View::ALL.len(), Filter::ALL.len(), Lamp::ALL.len()];
 
 /// A value of every factor.
 type Row = [usize; LEVELS.len()];
@@ -42,7 +36,7 @@ type Row = [usize; LEVELS.len()];
 /// without extent, and area sampling finds emitting surfaces alone.
 fn is_possible(integrator: usize, lamp: usize) -> bool {
     let delta = matches!(Lamp::ALL[lamp], Lamp::Point | Lamp::Spot | Lamp::Sun);
-    match IntegratorKind::ALL[integrator] {
+    match UNBIASED[integrator] {
         IntegratorKind::PathHemisphere => !delta,
         IntegratorKind::Area => matches!(Lamp::ALL[lamp], Lamp::Area | Lamp::Textured | Lamp::Mixed),
         _ => true,
@@ -129,7 +123,7 @@ fn settings(scene: &Scene, filter: Filter, kind: IntegratorKind, sampler: Sample
 /// The complaint about a row, if it and its reference differ or are too noisy to tell.
 fn disagreement(number: usize, row: Row, most: f64) -> Option<String> {
     let [kind, sampler, content, view, filter, lamp] = row;
-    let (kind, sampler) = (IntegratorKind::ALL[kind], SamplerKind::ALL[sampler]);
+    let (kind, sampler) = (UNBIASED[kind], SamplerKind::ALL[sampler]);
     let (content, view, filter) = (Content::ALL[content], View::ALL[view], Filter::ALL[filter]);
     let lamp = Lamp::ALL[lamp];
     let scene = islands(content, lamp, view, Around::Nothing, scenes::square(8, filter));

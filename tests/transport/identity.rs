@@ -1,13 +1,16 @@
 //! The safeguard of the core: for every path that any strategy of any integrator finds, the fast form's contribution is
 //! F/p and its weight is the definition's.
 
-use std::sync::Mutex;
+use std::sync::{
+    Mutex,
+    atomic::{AtomicU64, Ordering::Relaxed},
+};
 
 use glam::{DVec3, Vec3};
 use pathspace::{
     integrator::{Integrator, IntegratorKind},
     path::{Edge, JoinedPath, Path, Roulette, Step, Technique, Vertex},
-    render::{Renderer, Settings},
+    render::{MergeRadius, Renderer, Settings},
     sampling::{Filter, PdfArea},
     scene::{
         Scene,
@@ -34,13 +37,17 @@ fn fast(path: &JoinedPath, integrator: &Integrator) -> Claim {
 
 fn defined(path: &Path, technique: Technique, integrator: &Integrator) -> Claim {
     let table = integrator.techniques();
-    let Technique::Bidirectional(strategy) = technique else {
-        return Claim { contribution: path.contribution() / path.pdf_area(), weight: 1.0 };
+    let contribution = match technique {
+        Technique::Bidirectional(strategy) => path.contribution() / path.pdf_by(table.directions(), strategy),
+        Technique::Merged(strategy) => {
+            let kernel = path.kernel(table.radius().unwrap());
+            path.contribution() * kernel / path.pdf_merged(strategy)
+        }
+        Technique::Area => path.contribution() / path.pdf_area(),
     };
-    Claim {
-        contribution: path.contribution() / path.pdf_by(table.directions(), strategy),
-        weight: path.mis_weight(strategy, table, integrator.heuristic()),
-    }
+    let weight =
+        if technique == Technique::Area { 1.0 } else { path.mis_weight(technique, table, integrator.heuristic()) };
+    Claim { contribution, weight }
 }
 
 /// By how much f32 may be off on this path: what moving its vertices and turning its normals by a few roundings changes
@@ -51,10 +58,16 @@ fn condition(scene: &Scene, path: &Path, strategy: Technique, integrator: &Integ
     let mut worst = Claim { contribution: DVec3::ZERO, weight: 0.0 };
     for k in 0..6_usize {
         let vertices = path.vertices().iter().enumerate().map(|(i, v)| perturbed(v, 7 * i + 5 * k)).collect();
-        let near = Path::new(scene, vertices).with_visibility(path.visibility().to_vec()).in_media_of(path);
+        let near = Path::new(scene, vertices).with_visibility(path.visibility().to_vec());
+        let near = match path.merged() {
+            Some((i, q)) => near.merged_at(i, perturbed(&Vertex::new(*q), 3 * i + k).point),
+            None => near,
+        };
+        let near = near.in_media_of(path);
         let near = defined(&near, strategy, integrator);
-        // A perturbation that turns a face away says nothing about rounding short of that.
-        if near.contribution.is_finite() && near.weight.is_finite() {
+        // A perturbation that turns a face away, or leaves the kernel, says nothing about rounding short of that.
+        let is_there = near.contribution != DVec3::ZERO;
+        if is_there && near.contribution.is_finite() && near.weight.is_finite() {
             worst.contribution = worst.contribution.max((near.contribution - exact.contribution).abs());
             worst.weight = worst.weight.max((near.weight - exact.weight).abs());
         }
@@ -119,14 +132,18 @@ fn disagreement(scene: &Scene, path: &JoinedPath, found: Claim, integrator: &Int
 
 /// Checks every path of a small render; returns how many there were and the complaints.
 fn check(scene: &Scene, integrator: Integrator, passes: u32) -> (u64, Vec<String>) {
-    let settings = Settings { seed: 11, ..Settings::new(scene.camera.sensor()) };
+    let merge_radius = integrator.techniques().radius();
+    let settings = Settings { seed: 11, merge_radius, ..Settings::new(scene.camera.sensor()) };
     let table = &integrator.clone();
     let seen = Mutex::new((0_u64, Vec::new()));
+    let merges = AtomicU64::new(0);
     let mut renderer = Renderer::with_integrator(scene, &settings, integrator);
+    let enough = || seen.lock().unwrap().0 >= ENOUGH && (merge_radius.is_none() || merges.load(Relaxed) >= ENOUGH / 4);
     // Without next-event estimation few walks become paths.
-    while renderer.passes() < passes || (renderer.passes() < 1000 * passes && seen.lock().unwrap().0 < ENOUGH) {
+    while renderer.passes() < passes || (renderer.passes() < 1000 * passes && !enough()) {
         renderer.pass_where(&|path| {
             let complaint = disagreement(scene, path, fast(path, table), table);
+            merges.fetch_add(u64::from(matches!(path.technique(), Technique::Merged(_))), Relaxed);
             let mut seen = seen.lock().unwrap();
             seen.0 += 1;
             seen.1.extend(complaint);
@@ -134,6 +151,8 @@ fn check(scene: &Scene, integrator: Integrator, passes: u32) -> (u64, Vec<String
         });
     }
     assert!(renderer.statistics().rejected.is_empty(), "{:?}", renderer.statistics().rejected);
+    let merges = merges.into_inner();
+    assert!(merge_radius.is_none() || merges >= ENOUGH / 4, "only {merges} merges were checked");
     seen.into_inner().unwrap()
 }
 
@@ -151,7 +170,9 @@ pub fn assert_identity(name: &str, scene: &Scene, passes: u32) {
 pub fn assert_identity_by(kinds: &[IntegratorKind], name: &str, scene: &Scene, passes: u32) {
     for &kind in kinds {
         for roulette in [Roulette::Off, Roulette::FromDepth(2)] {
-            let integrator = Integrator::new(kind, scene.camera.sensor(), DEPTH, roulette);
+            // Far fewer merges than a picture has: each is as slow to check as any path.
+            let radius = 0.15 * MergeRadius::of(scene, None).of_pass(0);
+            let integrator = Integrator::new(kind, scene.camera.sensor(), DEPTH, roulette).merging_within(radius);
             assert_identity_of(&format!("{name} {kind} {roulette:?}"), scene, integrator, passes);
         }
     }

@@ -23,6 +23,7 @@ mod lecture;
 mod ledger;
 mod lights;
 mod media;
+mod merging;
 mod metamorphic;
 mod normals;
 mod operator;

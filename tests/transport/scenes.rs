@@ -28,6 +28,23 @@ pub const FILES: [&str; 6] =
 pub const WEIGHTED: [IntegratorKind; 4] =
     [IntegratorKind::Path, IntegratorKind::Light, IntegratorKind::Hybrid, IntegratorKind::Bdpt];
 
+/// The integrators whose every pass estimates the image itself.
+pub const UNBIASED: [IntegratorKind; 7] = [
+    IntegratorKind::Path,
+    IntegratorKind::Light,
+    IntegratorKind::Hybrid,
+    IntegratorKind::Bdpt,
+    IntegratorKind::PathHemisphere,
+    IntegratorKind::PathLight,
+    IntegratorKind::Area,
+];
+
+#[test]
+fn all_that_do_not_merge_are_unbiased() {
+    let rest: Vec<_> = IntegratorKind::ALL.into_iter().filter(|kind| !kind.merges()).collect();
+    assert_eq!(rest, UNBIASED);
+}
+
 /// A square sensor with the padding of `filter`.
 pub fn square(side: u32, filter: Filter) -> Sensor {
     Sensor { width: side, height: side, padding: filter.padding() }
@@ -54,7 +71,12 @@ pub fn quad(geometry: &mut Geometry, corners: [Vec3; 4], material: u32) {
 /// The inside of the cube [−half, half]³ (its fronts face inwards), each side with the material of the same place in
 /// `materials`: −x, +x, −y, +y, −z, +z.
 pub fn cube_inside(geometry: &mut Geometry, half: f32, materials: [u32; 6]) {
-    let v = |x: f32, y: f32, z: f32| half * Vec3::new(x, y, z);
+    cube_inside_at(geometry, Vec3::ZERO, half, materials);
+}
+
+/// The same around `middle`.
+pub fn cube_inside_at(geometry: &mut Geometry, middle: Vec3, half: f32, materials: [u32; 6]) {
+    let v = |x: f32, y: f32, z: f32| middle + half * Vec3::new(x, y, z);
     let sides = [
         [v(-1., -1., -1.), v(-1., 1., -1.), v(-1., 1., 1.), v(-1., -1., 1.)],
         [v(1., -1., -1.), v(1., -1., 1.), v(1., 1., 1.), v(1., 1., -1.)],

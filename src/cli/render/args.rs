@@ -99,6 +99,10 @@ pub struct RenderArgs {
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1024))]
     pub light_vertices: Option<u32>,
 
+    /// Merge paths within R metres in all passes [default: a few pixels, and less in each further pass]
+    #[arg(long, value_name = "R", value_parser = values::positive)]
+    pub merge_radius: Option<f32>,
+
     /// So many rays at the first surface of each kind that the integrator has: --light-samples N and --splits N
     #[arg(
         long,

@@ -17,7 +17,7 @@ use pathspace::{
     integrator::Weighting,
     layers::{Expression, PathClasses},
     path::{Heuristic, JoinedPath, Strategy},
-    render::{Background, Renderer, Settings},
+    render::{Background, MergeRadius, Renderer, Settings},
     scene::{Scene, camera::Sensor, light::LightChoice},
 };
 use serde_json::{Value, json};
@@ -86,12 +86,15 @@ pub fn run(args: &RenderArgs) -> Result<Exit, Failure> {
     let kept = kept(args, &scene)?;
     let keep = |path: &JoinedPath| kept.as_ref().is_none_or(|(_, kept)| kept.holds(&scene, path));
     let paths = kept.as_ref().map(|(text, _)| text.clone());
-    let job = Job { scene_hash, shown, camera: &view, sensor, settings: &settings, lights, paths, environment };
+    let merging = settings.integrator.merges().then(|| MergeRadius::of(&scene, settings.merge_radius));
+    let camera = &view;
+    let job = Job { scene_hash, shown, camera, sensor, settings: &settings, merging, lights, paths, environment };
     foretell(&job, &scene, max_depth(args), terminal);
 
     let Wanted { passes, goal, whole } = wanted(args);
     let renderer = pool.install(|| Renderer::new(&scene, &settings));
     phases.end("build");
+    check_kept(args, &renderer, &scene)?;
     let recorded = recorded(args, &job, &scene);
     let layers =
         args.layers.choose(&args.size, args.data.memory(renderer.film().crop().pixels()), &scene, &renderer)?;
@@ -165,6 +168,9 @@ fn refuse_needless(args: &RenderArgs) -> Result<(), Failure> {
     }
     if args.light_vertices.is_some() && !kind.has(|x| x.s >= 2 && x.t >= 2) {
         return none("connects no vertices of light paths that --light-vertices could choose");
+    }
+    if args.merge_radius.is_some() && !kind.merges() {
+        return none("merges no paths: --merge-radius is for -i vcm");
     }
     if args.rays.is_some() && !walks_from_camera {
         return none("has no rays at the first surface that --rays could count");
@@ -303,6 +309,7 @@ fn settings(args: &RenderArgs, crop: Crop, only: Option<(Strategy, Weighting)>) 
         splits: args.rays.filter(|_| follows_directions).or(args.splits).unwrap_or(1),
         light_paths: args.light_paths.unwrap_or(1),
         light_vertices: args.light_vertices,
+        merge_radius: args.merge_radius,
         connection_roulette: args.connection_roulette,
         roulette: args.paths.roulette.unwrap_or(args.integrator.description().roulette),
         only,
@@ -339,6 +346,21 @@ fn check_light_subpaths(settings: &Settings) -> Result<(), Failure> {
         )));
     }
     Ok(())
+}
+
+/// Refuses more light vertices for merges than there is room for.
+fn check_kept(args: &RenderArgs, renderer: &Renderer<'_>, scene: &Scene) -> Result<(), Failure> {
+    let (kept, limit) = (renderer.integrator().kept_memory(scene), args.size.memory_limit.0);
+    if kept <= limit {
+        return Ok(());
+    }
+    Err(Failure::usage(format!(
+        "-i {} would keep about {} MiB of light vertices in a pass, more than the limit of {} MiB: a smaller image, \
+         fewer --light-paths, a lower --max-depth, or --memory-limit",
+        args.integrator,
+        kept >> 20,
+        limit >> 20
+    )))
 }
 
 /// Refuses more samples of lights at a vertex than anybody waits for.

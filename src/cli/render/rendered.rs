@@ -18,7 +18,7 @@ use crate::cli::{
     },
     shared::{
         exit::{Exit, Failure},
-        header::{Job, header},
+        header::{BIAS, Job, header},
         layers,
         passes::Passes,
         pictures::{Outputs, Picture},
@@ -134,6 +134,9 @@ impl Rendered<'_> {
     fn say(&self, written: &Written<'_>, terminal: Terminal) {
         if let Some(outputs) = written.outputs {
             terminal.say(outputs.said());
+        }
+        if let Some((_, bias)) = self.header().attributes.iter().find(|(name, _)| name == BIAS) {
+            terminal.say(format_args!("note: the image is {bias}"));
         }
         if let (Some(_), Some(checkpoint)) = (self.ended.interrupted, written.checkpoint) {
             terminal.say(format_args!("interrupted; to go on: {}", resume_command(checkpoint)));

@@ -1,14 +1,14 @@
 //! What an image file says about how it was made: everything that changes pixels, and nothing else. No paths,
 //! threads, hosts, dates or timings, so that the same image is the same file wherever it was rendered.
 
-use std::collections::BTreeMap;
+use std::{collections::BTreeMap, ops::Range};
 
 use pathspace::{
     film::{Crop, Film, Header, Sums},
     integrator::{RelativeRoulette, Weighting},
     io::{NamedCamera, ThinLens, View},
     path::{Roulette, Strategy},
-    render::{Background, Settings},
+    render::{Background, MergeRadius, Settings},
     sampling::Filter,
     scene::{bsdf::Directions, camera::Sensor, light::LightChoice},
 };
@@ -26,6 +26,8 @@ pub struct Job<'a> {
     pub camera: &'a NamedCamera,
     pub sensor: Sensor,
     pub settings: &'a Settings,
+    /// Within which radii paths merge, if they do.
+    pub merging: Option<MergeRadius>,
     /// How next-event estimation chooses.
     pub lights: LightChoice,
     /// The expression of the paths that are in the image, if not all are.
@@ -55,7 +57,7 @@ pub fn settings(job: &Job<'_>) -> BTreeMap<String, String> {
 }
 
 /// What a header has only where it is not as usual.
-fn unusual(job: &Job<'_>) -> [(&'static str, Option<String>); 15] {
+fn unusual(job: &Job<'_>) -> [(&'static str, Option<String>); 16] {
     let Job { settings, lights, .. } = job;
     let unless_one = |count: u32| (count != 1).then(|| count.to_string());
     let relative = |RelativeRoulette { threshold, end }| format!("{threshold},{end}");
@@ -66,6 +68,7 @@ fn unusual(job: &Job<'_>) -> [(&'static str, Option<String>); 15] {
         ("splits", unless_one(settings.splits)),
         ("light-paths", unless_one(settings.light_paths)),
         ("light-vertices", settings.light_vertices.map(|each| each.to_string())),
+        (MERGE_RADIUS, job.merging.map(|radius| radius.to_string())),
         ("connection-roulette", settings.connection_roulette.map(relative)),
         ("lights", (*lights != LightChoice::default()).then(|| lights.to_string())),
         ("paths", job.paths.clone()),
@@ -85,11 +88,30 @@ pub fn filter_of(settings: &BTreeMap<String, String>) -> Option<Filter> {
 }
 
 const FILTER: &str = "filter";
+const MERGE_RADIUS: &str = "merge-radius";
+
+/// What a header says of the bias of merging, where there is any.
+pub const BIAS: &str = "bias";
+
+/// What merging does to the mean of these passes.
+fn bias(radius: MergeRadius, passes: &Range<u32>) -> Option<String> {
+    let last = passes.end.checked_sub(1)?;
+    let [first, last] = [passes.start, last].map(|pass| radius.of_pass(pass));
+    Some(match radius {
+        MergeRadius::Fixed(radius) => format!("not consistent: paths merge within {radius} m in every pass"),
+        MergeRadius::Shrinking { .. } => {
+            format!("consistent, not unbiased: paths merge within {first} m in the first pass and {last} m in the last")
+        }
+    })
+}
 
 /// The header of the image that is the mean of `passes`.
 pub fn header(sensor: Sensor, settings: &BTreeMap<String, String>, sums: &Sums<'_>, passes: &Passes) -> Header {
     let mut attributes: Vec<_> = settings.clone().into_iter().collect();
     let mut add = |name: &str, value| attributes.push((name.to_owned(), value));
+    if let Some(bias) = settings.get(MERGE_RADIUS).and_then(|radius| bias(radius.parse().ok()?, &passes.span())) {
+        add(BIAS, bias);
+    }
     add("spp", passes.count().to_string());
     add("noise", noise(passes.noise(sums.film), passes.count(), sums.film));
     if !passes.is_from_start() {

@@ -52,6 +52,11 @@ impl Passes {
         }
     }
 
+    /// From the first of them to the last.
+    pub fn span(&self) -> Range<u32> {
+        self.0.first().map_or(0, |first| first.start)..self.0.last().map_or(0, |last| last.end)
+    }
+
     /// Whether these are all passes from the first to the last, as those of a render that ended there.
     pub fn is_from_start(&self) -> bool {
         matches!(&self.0[..], [] | [Range { start: 0, .. }])

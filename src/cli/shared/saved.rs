@@ -131,6 +131,7 @@ const REJECTED: &str = "rejected";
 pub fn counts(statistics: &Statistics) -> BTreeMap<String, String> {
     let technique = |technique: &Technique| match technique {
         Technique::Bidirectional(Strategy { s, t }) => format!("{s},{t}"),
+        Technique::Merged(Strategy { s, t }) => format!("{s}+{t}"),
         Technique::Area => "area".to_owned(),
     };
     let rejected = statistics.rejected.iter().map(|(which, count)| format!("{} {count}", technique(which)));
@@ -153,10 +154,12 @@ pub fn statistics(counts: &BTreeMap<String, String>) -> Option<Statistics> {
     let mut rejected = BTreeMap::new();
     for entry in counts.get(REJECTED)?.split("; ").filter(|entry| !entry.is_empty()) {
         let (which, count) = entry.split_once(' ')?;
-        let technique = match which.split_once(',') {
-            Some((s, t)) => Technique::Bidirectional(Strategy { s: s.parse().ok()?, t: t.parse().ok()? }),
-            None if which == "area" => Technique::Area,
-            None => return None,
+        let strategy = |(s, t): (&str, &str)| Some(Strategy { s: s.parse().ok()?, t: t.parse().ok()? });
+        let technique = match (which.split_once(','), which.split_once('+')) {
+            (Some(pair), _) => Technique::Bidirectional(strategy(pair)?),
+            (None, Some(pair)) => Technique::Merged(strategy(pair)?),
+            (None, None) if which == "area" => Technique::Area,
+            (None, None) => return None,
         };
         rejected.insert(technique, count.parse().ok()?);
     }
@@ -186,7 +189,9 @@ mod tests {
 
     #[test]
     fn statistics_come_back() {
-        let rejected = [(Technique::Area, 3), (Technique::Bidirectional(Strategy { s: 2, t: 13 }), 1)];
+        let strategy = Strategy { s: 2, t: 13 };
+        let rejected =
+            [(Technique::Area, 3), (Technique::Bidirectional(strategy), 1), (Technique::Merged(strategy), 2)];
         for rejected in [BTreeMap::new(), rejected.into()] {
             let rays = Rays { camera: 7, light: 0, visibility: u64::MAX };
             let all = Statistics { samples: 1 << 40, rays, spared: 5, lost_to_sides: 9, rejected };

@@ -75,9 +75,10 @@ pub fn integrator() -> impl TypedValueParser<Value = IntegratorKind> {
     one_of(IntegratorKind::ALL.into_iter())
 }
 
-/// The integrators that `verify` can compare: those that sample the whole integral, whatever the length of a path.
+/// The integrators that `verify` can compare: those that sample the whole integral, whatever the length of a path, and
+/// nothing beside it.
 pub fn comparable() -> impl TypedValueParser<Value = IntegratorKind> {
-    one_of(IntegratorKind::ALL.into_iter().filter(|kind| kind.has_strategies()))
+    one_of(IntegratorKind::ALL.into_iter().filter(|kind| kind.has_strategies() && !kind.merges()))
 }
 
 fn one_of(kinds: impl Iterator<Item = IntegratorKind>) -> impl TypedValueParser<Value = IntegratorKind> {

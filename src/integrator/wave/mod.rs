@@ -132,7 +132,7 @@ impl Starts {
     }
 
     /// Adds a pixel; one that connects has a walk from the camera, too.
-    pub fn push(&mut self, corner: glam::Vec2, key: u32, LightStage { connects, splats }: LightStage) {
+    pub fn push(&mut self, corner: glam::Vec2, key: u32, LightStage { connects, splats, .. }: LightStage) {
         let flag = |flag: u32, is_set: bool| if is_set { flag } else { 0 };
         self.corners[0].push(corner.x);
         self.corners[1].push(corner.y);
@@ -219,7 +219,7 @@ impl<L: Lanes> Stage<'_, L> {
         match self.transport {
             Transport::Radiance => all(self.vertices < self.camera_vertices),
             Transport::Importance => {
-                let LightVertices { connected, splatted } = self.light_vertices;
+                let LightVertices { connected, splatted, .. } = self.light_vertices;
                 let connects = has(flags, CONNECTS) & all(self.vertices < connected);
                 connects | (has(flags, SPLATS) & all(self.vertices < splatted))
             }
@@ -237,6 +237,7 @@ impl Integrator {
             && table.splits() == 1
             && table.light_paths() == 1
             && table.shared_light_vertices().is_none()
+            && self.weighed.radius().is_none()
             && self.connections.is_none()
             && !(scene.camera.has_aperture() || scene.camera.is_orthographic())
             && scene.is_all_there()

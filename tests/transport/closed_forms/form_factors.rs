@@ -16,7 +16,7 @@ use pathspace::{
     },
 };
 
-use super::{WEIGHTED, assert_image, of_tiles, receiver::Receiver};
+use super::{UNBIASED, WEIGHTED, assert_image, of_tiles, receiver::Receiver};
 use crate::scenes;
 
 /// A rectangle's extent along its two axes: [x_1, x_2], [y_1, y_2].
@@ -140,7 +140,7 @@ fn between_parallel_rectangles() {
             scenes::quad(g, [at(x1, z1), at(x2, z1), at(x2, z2), at(x1, z2)], 1);
         });
         let truth = tiles(|tile| parallel(tile, emitter, gap));
-        assert_image(name, &scene, &IntegratorKind::ALL, 2, 0.01, &truth);
+        assert_image(name, &scene, &UNBIASED, 2, 0.01, &truth);
     }
 }
 
@@ -185,7 +185,7 @@ fn assert_on_disk(name: &str, r2: f64, power: f64, emitter: impl FnOnce(&mut Geo
     );
     let scene = Scene::new(g, vec![Receiver::material(), emitting()], &[], camera);
     let mean = Receiver::ALBEDO / PI * power / (1.01 * width).powi(2);
-    assert_image(name, &scene, &IntegratorKind::ALL, 2, 0.012, &vec![mean; 3]);
+    assert_image(name, &scene, &UNBIASED, 2, 0.012, &vec![mean; 3]);
 }
 
 #[test]

@@ -41,7 +41,7 @@ const ROUNDING: f64 = 2e-5;
 type Kinds = LazyLock<Vec<IntegratorKind>>;
 
 /// The integrators of connected strategies that cover every light, and every surface that is not specular.
-pub use crate::scenes::WEIGHTED;
+pub use crate::scenes::{UNBIASED, WEIGHTED};
 /// Those that see through specular surfaces to a light with an extent.
 pub static FROM_CAMERA: Kinds = LazyLock::new(|| covering(Gap::SpecularSeen));
 /// Those that find the caustics of lights without extent on what the camera sees directly.
@@ -50,7 +50,7 @@ pub static FROM_LIGHT: Kinds = LazyLock::new(|| covering(Gap::CausticsOfPoints))
 pub static TO_POINTS: Kinds = LazyLock::new(|| covering(Gap::LightsWithoutExtent));
 
 fn covering(gap: Gap) -> Vec<IntegratorKind> {
-    IntegratorKind::ALL.into_iter().filter(|kind| !kind.lacks(gap)).collect()
+    UNBIASED.into_iter().filter(|kind| !kind.lacks(gap)).collect()
 }
 
 /// The regions of an image with the radiance `radiance(u, v)` at the place (u, v) in [0, 1]² of the image, u to the

@@ -1,0 +1,105 @@
+//! Merging: what vcm estimates within a radius comes to the image as the radius shrinks, and no light leaks.
+
+use glam::Vec3;
+use pathspace::{
+    integrator::IntegratorKind,
+    math::Rgb,
+    path::{Densities, JoinedPath},
+    render::{Renderer, Settings},
+    sampling::Filter,
+    scene::{Scene, camera::Camera, geometry::Geometry, material::Material},
+    statistics::{Comparison, Estimate, Regions, regions},
+};
+use rayon::prelude::*;
+
+use crate::scenes;
+
+/// Independent replicates of each estimate.
+const REPLICATES: u64 = 48;
+
+/// The regions of replicates of a render with these settings, and of what `keep` holds for.
+fn replicates(
+    scene: &Scene,
+    base: &Settings,
+    passes: u32,
+    keep: &(dyn Fn(&JoinedPath) -> bool + Sync),
+) -> Vec<Regions> {
+    let settings = (0..REPLICATES).map(|r| Settings { seed: 9000 + 100 * base.integrator as u64 + r, ..base.clone() });
+    let settings: Vec<_> = settings.collect();
+    settings
+        .par_iter()
+        .map(|settings| {
+            let mut renderer = Renderer::new(scene, settings);
+            (0..passes).for_each(|_| renderer.pass_where(keep));
+            assert!(renderer.statistics().rejected.is_empty(), "{:?}", renderer.statistics().rejected);
+            regions(&renderer.film().image(passes))
+        })
+        .collect()
+}
+
+/// Without a specular vertex: what bdpt finds with little noise.
+fn is_rough(path: &JoinedPath) -> bool {
+    (1..path.edges()).all(|i| !path.is_delta(i))
+}
+
+/// The bias is one of r² away from edges, and each radius has numbers of its own: (4 E(r/2) − E(r))/3 has none of it.
+#[test]
+fn what_remains_as_the_radius_shrinks_is_the_image() {
+    let sensor = scenes::square(16, Filter::Box);
+    let cases = [("zoo", scenes::zoo(sensor), 0.12), ("cornell box", scenes::load("cornell-box", sensor), 0.03)];
+    for (name, scene, radius) in cases {
+        let base = Settings { max_depth: 5, ..Settings::new(sensor) };
+        let bdpt = Estimate::new(&replicates(&scene, &base, 48, &is_rough));
+        let within = |radius: f32| {
+            let settings = Settings { integrator: IntegratorKind::Vcm, merge_radius: Some(radius), ..base.clone() };
+            replicates(&scene, &settings, 40, &is_rough)
+        };
+        let [wide, narrow] = [within(radius), within(0.5 * radius)];
+        let limit = |(wide, narrow): (&Regions, &Regions)| -> Regions {
+            wide.iter().zip(narrow).map(|(wide, narrow)| (4.0 * narrow - wide) / 3.0).collect()
+        };
+        let limit = Estimate::new(&wide.iter().zip(&narrow).map(limit).collect::<Vec<_>>());
+        let comparison = Comparison::new(&limit, &bdpt);
+        let [wide, narrow] = [Estimate::new(&wide), Estimate::new(&narrow)];
+        println!(
+            "{name}: {:.5} within r, {:.5} within r/2, {:.5} in the limit; bdpt {:.5}: {comparison}",
+            wide.image_mean(),
+            narrow.image_mean(),
+            limit.image_mean(),
+            bdpt.image_mean()
+        );
+        assert!(!comparison.differs(), "{name}: {comparison}");
+        assert!(comparison.visible_bias < 0.02, "{name}: too noisy to tell: {comparison}");
+        let planted = [0.02, -0.02].map(|bias| Comparison::new(&limit.biased(bias), &bdpt).differs());
+        assert!(planted.contains(&true), "{name}: a bias of 2 % went unnoticed");
+        // Within a radius of a few hundredths of the room the bias itself is small.
+        assert!((narrow.image_mean() / bdpt.image_mean() - 1.0).abs() < 0.02, "{name}: the bias within r/2");
+    }
+}
+
+/// A closed room with a lamp, and above it, a millimetre apart, one that is dark.
+#[test]
+fn no_light_leaks_into_the_room_next_door() {
+    let sensor = scenes::square(16, Filter::Box);
+    for (y, lit) in [(1.5, false), (0.0, true)] {
+        let mut geometry = Geometry::default();
+        scenes::cube_inside(&mut geometry, 1.0, [1, 0, 0, 0, 0, 0]);
+        // Narrower than the lower one by more than the radius, so that no walls line up.
+        scenes::cube_inside_at(&mut geometry, Vec3::new(0.0, 1.501, 0.0), 0.5, [0; 6]);
+        let materials = vec![
+            Material::diffuse("white", Rgb::splat(0.7)),
+            Material::diffuse("lamp", Rgb::splat(0.7)).emitting(Rgb::splat(5.0)),
+        ];
+        let eye = Vec3::new(0.0, y, 0.3);
+        let camera = Camera::look_at(eye, Vec3::new(0.1, y - 0.4, -0.4), Vec3::Y, 1.5, sensor);
+        let scene = Scene::new(geometry, materials, &[], camera);
+        let settings = Settings {
+            integrator: IntegratorKind::Vcm,
+            merge_radius: Some(0.2),
+            ..Settings::new(scene.camera.sensor())
+        };
+        let mut renderer = Renderer::new(&scene, &settings);
+        (0..4).for_each(|_| renderer.pass());
+        assert_eq!(!renderer.film().is_black(), lit, "the room at {y} m");
+    }
+}
