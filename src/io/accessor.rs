@@ -10,6 +10,7 @@ use gltf_json::{
 
 use super::{
     buffer::Buffers,
+    draco::{self, Decoded},
     error::Fault,
     limits::{Limit, Limits},
 };
@@ -24,10 +25,13 @@ pub(super) fn check(root: &Root, limits: &Limits) -> Result<(), Fault> {
             return Err(Fault::invalid(format!("/bufferViews/{i}"), what));
         }
     }
+    let filled = draco::filled(root);
     for (i, accessor) in root.accessors.iter().enumerate() {
         let at = format!("/accessors/{i}");
         let size = Size { all: element_size(accessor, &at)?, last: last_element_size(accessor, &at)? };
         let limit = match accessor.buffer_view {
+            // What is decompressed into an accessor is limited there.
+            _ if filled.contains(&i) => Limit("vertices", limits.vertices),
             Some(_) => Limit("vertices", limits.vertices),
             // Nothing in the file bounds them.
             None => Limit("zeros", limits.zeros.min(limits.vertices)),
@@ -58,9 +62,8 @@ pub(super) fn check(root: &Root, limits: &Limits) -> Result<(), Fault> {
     Ok(())
 }
 
-/// Where an array lies in its buffer: all of it is within the view, and the view within the buffer's declared size.
+/// Where an array lies in its buffer view, all of it.
 struct Span {
-    buffer: usize,
     start: usize,
     stride: usize,
 }
@@ -96,12 +99,12 @@ fn span(root: &Root, view: Index<View>, offset: u64, count: u64, size: Size, at:
         );
         return Err(Fault::invalid(at, what));
     }
-    let start = usize::try_from(v.byte_offset.unwrap_or_default().0.saturating_add(offset));
+    let start = usize::try_from(offset);
     let start = start.map_err(|_| Fault::too_large(at, "an offset exceeds the machine's address space"))?;
-    Ok(Span { buffer: v.buffer.value(), start, stride })
+    Ok(Span { start, stride })
 }
 
-fn layout(accessor: &Accessor, at: &str) -> Result<(ComponentType, Type), Fault> {
+pub(super) fn layout(accessor: &Accessor, at: &str) -> Result<(ComponentType, Type), Fault> {
     match (&accessor.component_type, &accessor.type_) {
         (Checked::Valid(component), Checked::Valid(kind)) => Ok((component.0, *kind)),
         (Checked::Invalid, _) => {
@@ -140,29 +143,51 @@ fn last_element_size(accessor: &Accessor, at: &str) -> Result<usize, Fault> {
 pub(super) struct Accessors<'a> {
     root: &'a Root,
     buffers: &'a Buffers,
+    /// What some of them are, if they are those of a compressed primitive.
+    decoded: Option<&'a Decoded>,
 }
 
 /// The elements of an accessor, packed, with its sparse elements put in.
-struct Packed {
-    bytes: Vec<u8>,
-    component: ComponentType,
-    normalized: bool,
+#[derive(Clone)]
+pub(super) struct Packed {
+    pub(super) bytes: Vec<u8>,
+    pub(super) count: usize,
+    pub(super) component: ComponentType,
+    pub(super) kind: Type,
+    pub(super) normalized: bool,
 }
 
 impl<'a> Accessors<'a> {
     /// `root` has passed [`check`], and `buffers` are those of `root`.
     pub(super) fn new(root: &'a Root, buffers: &'a Buffers) -> Self {
-        Self { root, buffers }
+        Self { root, buffers, decoded: None }
+    }
+
+    /// The accessors as a primitive uses them, which may be compressed.
+    pub(super) fn of_primitive(self, mesh: usize, primitive: usize) -> Self {
+        Self { decoded: self.buffers.primitives.get(&(mesh, primitive)), ..self }
+    }
+
+    /// Three corners for each triangle of a compressed primitive.
+    pub(super) fn decoded_corners(&self) -> Option<&'a [u32]> {
+        self.decoded.map(|decoded| &decoded.corners[..])
+    }
+
+    fn decoded(&self, index: Index<Accessor>) -> Option<&'a Packed> {
+        self.decoded?.attributes.get(&index.value())
     }
 
     /// The number of elements.
     pub(super) fn count(&self, index: Index<Accessor>) -> usize {
+        if let Some(packed) = self.decoded(index) {
+            return packed.count;
+        }
         self.root.get(index).map_or(0, |accessor| accessor.count.0 as usize)
     }
 
     /// Whether it has elements in a buffer: one without is all zeros.
     pub(super) fn has_data(&self, index: Index<Accessor>) -> bool {
-        self.root.get(index).is_some_and(|accessor| accessor.buffer_view.is_some())
+        self.decoded(index).is_some() || self.root.get(index).is_some_and(|accessor| accessor.buffer_view.is_some())
     }
 
     /// Unsigned integers: the indices of a primitive.
@@ -242,18 +267,16 @@ impl<'a> Accessors<'a> {
     fn packed(&self, index: Index<Accessor>, kind: Type, rule: &str) -> Result<Packed, Fault> {
         let at = pointer(index);
         let accessor = self.root.get(index).ok_or_else(|| Fault::invalid(&at, "there is no such accessor"))?;
-        let (component, have) = layout(accessor, &at)?;
-        if have != kind {
+        let mut packed = match self.decoded(index) {
+            Some(packed) => packed.clone(),
+            None => self.stored(accessor, &at)?,
+        };
+        if packed.kind != kind {
             return Err(Fault::invalid(format!("{at}/type"), rule));
         }
-        let size = element_size(accessor, &at)?;
-        let count = accessor.count.0 as usize;
-        let mut bytes = match accessor.buffer_view {
-            Some(view) => self.gather(view, accessor.byte_offset.unwrap_or_default().0, count, size, &at)?,
-            None => vec![0; count * size],
-        };
         if let Some(sparse) = &accessor.sparse {
             let at = format!("{at}/sparse");
+            let (count, size) = (packed.count, element_size(accessor, &at)?);
             let Checked::Valid(kind) = &sparse.indices.component_type else {
                 return Err(Fault::invalid(at, "the component type of the indices does not exist"));
             };
@@ -269,19 +292,30 @@ impl<'a> Accessors<'a> {
                     let what = format!("element {i} is index {place}, and the accessor has {count} elements");
                     return Err(Fault::invalid(format!("{at}/indices"), what));
                 }
-                bytes[place * size..(place + 1) * size].copy_from_slice(value);
+                packed.bytes[place * size..(place + 1) * size].copy_from_slice(value);
             }
         }
-        Ok(Packed { bytes, component, normalized: accessor.normalized })
+        Ok(packed)
+    }
+
+    /// The elements as they are in a buffer, or zeros.
+    fn stored(&self, accessor: &Accessor, at: &str) -> Result<Packed, Fault> {
+        let (component, kind) = layout(accessor, at)?;
+        let (size, count) = (element_size(accessor, at)?, accessor.count.0 as usize);
+        let bytes = match accessor.buffer_view {
+            Some(view) => self.gather(view, accessor.byte_offset.unwrap_or_default().0, count, size, at)?,
+            None if accessor.count.0 > self.buffers.zeros => {
+                let what = format!("{count} elements have no data, and {}", Limit("zeros", self.buffers.zeros));
+                return Err(Fault::too_large(format!("{at}/count"), what));
+            }
+            None => vec![0; count * size],
+        };
+        Ok(Packed { bytes, count, component, kind, normalized: accessor.normalized })
     }
 
     fn gather(&self, view: Index<View>, offset: u64, count: usize, size: usize, at: &str) -> Result<Vec<u8>, Fault> {
-        let Span { buffer, start, stride } = span(self.root, view, offset, count as u64, Size::of(size), at)?;
-        let Some(data) = self.buffers.get(buffer).and_then(Option::as_ref) else {
-            let what = "the buffer has no URI, and the file no binary chunk for it";
-            return Err(Fault::invalid(format!("/buffers/{buffer}"), what));
-        };
-        let data = data.get(start..).unwrap_or(&[]);
+        let Span { start, stride } = span(self.root, view, offset, count as u64, Size::of(size), at)?;
+        let data = self.buffers.view(self.root, view.value())?.get(start..).unwrap_or(&[]);
         if stride == size {
             return Ok(data[..count * size].to_vec());
         }

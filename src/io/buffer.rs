@@ -1,6 +1,7 @@
 //! The bytes behind a document: the GLB chunk, data URIs, and files beside the document.
 
 use std::{
+    collections::HashMap,
     fs,
     path::{Component, Path, PathBuf},
 };
@@ -11,12 +12,47 @@ use percent_encoding::percent_decode_str;
 use sha2::{Digest, Sha256};
 
 use super::{
+    draco::{self, Decoded},
     error::{Fault, quoted},
     limits::{Limit, Outside, Place},
+    meshopt::Compressed,
 };
 
-/// The bytes of every buffer; `None` for one without a source, which is an error only once it is read.
-pub(super) type Buffers = Vec<Option<Vec<u8>>>;
+/// The bytes of a document.
+#[derive(Default)]
+pub(super) struct Buffers {
+    /// Of every buffer; `None` for one without a source, which is an error only once it is read.
+    files: Vec<Option<Vec<u8>>>,
+    /// Of the buffer views that were compressed.
+    views: HashMap<usize, Vec<u8>>,
+    /// The primitives that were compressed, by mesh and primitive.
+    pub(super) primitives: HashMap<(usize, usize), Decoded>,
+    /// The most elements of an accessor that has no bytes.
+    pub(super) zeros: u64,
+}
+
+impl Buffers {
+    /// The bytes of a buffer view of `root`, whose buffers these are.
+    pub(super) fn view(&self, root: &Root, index: usize) -> Result<&[u8], Fault> {
+        if let Some(bytes) = self.views.get(&index) {
+            return Ok(bytes);
+        }
+        let at = format!("/bufferViews/{index}");
+        let view = root.buffer_views.get(index).ok_or_else(|| Fault::invalid(&at, "there is no such buffer view"))?;
+        let bytes = self.file(view.buffer.value())?;
+        // Views were shown to lie within their buffers when the document was checked.
+        let bytes = usize::try_from(view.byte_offset.unwrap_or_default().0).ok().and_then(|start| bytes.get(start..));
+        let bytes = bytes.and_then(|bytes| bytes.get(..view.byte_length.0 as usize));
+        bytes.ok_or_else(|| Fault::invalid(at, "the view reaches beyond its buffer"))
+    }
+
+    fn file(&self, buffer: usize) -> Result<&[u8], Fault> {
+        self.files.get(buffer).and_then(Option::as_deref).ok_or_else(|| {
+            let what = "the buffer has no URI, and the file no binary chunk for it";
+            Fault::invalid(format!("/buffers/{buffer}"), what)
+        })
+    }
+}
 
 /// A hash over everything that was read, each piece with its length so that bytes cannot move between pieces.
 pub(super) struct Hash(Sha256);
@@ -36,13 +72,17 @@ impl Hash {
     }
 }
 
-/// Reads every buffer; `hash` takes in the files that are read.
+/// Reads every buffer, and decompresses views and primitives; `hash` takes in the files that are read.
 pub(super) fn read(root: &Root, bin: Option<&[u8]>, place: Place<'_>, hash: &mut Hash) -> Result<Buffers, Fault> {
-    let mut buffers = Vec::with_capacity(root.buffers.len());
-    for (i, buffer) in root.buffers.iter().enumerate() {
+    let views = root.buffer_views.iter().enumerate();
+    let compressed = views.map(|(i, view)| Compressed::of(root, i, view, &place.limits));
+    let compressed = compressed.collect::<Result<Vec<_>, _>>()?;
+    let mut buffers = Buffers { zeros: place.limits.zeros, ..Buffers::default() };
+    for (i, (buffer, replaced)) in root.buffers.iter().zip(replaced(root, &compressed)).enumerate() {
         let at = format!("/buffers/{i}");
         let declared = buffer.byte_length.0;
         let bytes = match &buffer.uri {
+            _ if replaced => None,
             None if i == 0 => bin.map(<[u8]>::to_vec),
             None => None,
             Some(uri) if uri.starts_with("data:") => Some(data_uri(uri, &at)?),
@@ -56,9 +96,38 @@ pub(super) fn read(root: &Root, bin: Option<&[u8]>, place: Place<'_>, hash: &mut
             let what = format!("the buffer should have {declared} bytes and has {}", bytes.len());
             return Err(Fault::invalid(format!("{at}/byteLength"), what));
         }
-        buffers.push(bytes);
+        buffers.files.push(bytes);
     }
+    let mut bytes = 0_u64;
+    for (i, compressed) in compressed.iter().enumerate() {
+        let Some(compressed) = compressed else { continue };
+        bytes = bytes.saturating_add(compressed.bytes());
+        let limit = place.limits.decoded_bytes;
+        if bytes > limit {
+            let what =
+                format!("decompressed, the views up to this one have {bytes} bytes, and {}", Limit(DECODED, limit));
+            return Err(Fault::too_large(format!("/bufferViews/{i}"), what));
+        }
+        let decoded = compressed.decode(buffers.file(compressed.buffer)?)?;
+        buffers.views.insert(i, decoded);
+    }
+    buffers.primitives = draco::all(root, &buffers, &place.limits, bytes)?;
     Ok(buffers)
+}
+
+/// The name of the limit on what is decompressed.
+pub(super) const DECODED: &str = "decoded-bytes";
+
+/// Which buffers only have in plain what `compressed` views have, too. They need not be there.
+fn replaced(root: &Root, compressed: &[Option<Compressed>]) -> Vec<bool> {
+    let mut replaced = vec![false; root.buffers.len()];
+    let mut mark = |buffer: usize, value| replaced.get_mut(buffer).into_iter().for_each(|slot| *slot = value);
+    let with_views = || root.buffer_views.iter().zip(compressed);
+    with_views().filter(|(_, of)| of.is_some()).for_each(|(view, _)| mark(view.buffer.value(), true));
+    for (view, compressed) in with_views() {
+        mark(compressed.as_ref().map_or(view.buffer.value(), |compressed| compressed.buffer), false);
+    }
+    replaced
 }
 
 /// The bytes that a data URI holds.

@@ -22,7 +22,9 @@ use super::{
 /// Extensions whose meaning is honoured.
 pub(super) const SUPPORTED: &[&str] = &[
     "EXT_mesh_gpu_instancing",
+    "EXT_meshopt_compression",
     "EXT_texture_webp",
+    "KHR_draco_mesh_compression",
     "KHR_lights_punctual",
     "KHR_materials_emissive_strength",
     "KHR_materials_ior",
@@ -31,6 +33,7 @@ pub(super) const SUPPORTED: &[&str] = &[
     "KHR_materials_unlit",
     "KHR_materials_volume",
     "KHR_mesh_quantization",
+    "KHR_meshopt_compression",
     "KHR_texture_transform",
     "PATHSPACE_sphere",
     "PATHSPACE_thin_lens",
@@ -193,8 +196,10 @@ fn validate(root: &Root) -> Result<(), Fault> {
         let path = path();
         let path = path.as_str();
         // Extensions have a policy of their own; a position accessor's bounds and even the positions are not needed;
-        // an accessor without a view is all zeros (3.6.2.3).
-        let needless = [".min", ".max", ".attributes[\"POSITION\"]"].iter().any(|end| path.ends_with(end))
+        // an accessor without a view is all zeros (3.6.2.3); attributes of names that are not glTF's own (`_ID`) say
+        // nothing of what is seen.
+        let needless = [".min", ".max", ".attributes[\"POSITION\"]", ".attributes[\"<invalid semantic name>\"]"];
+        let needless = needless.iter().any(|end| path.ends_with(end))
             || path.starts_with("accessors[") && path.ends_with("].bufferView");
         if rule == Rule::Unsupported || needless && rule != Rule::IndexOutOfBounds {
             return;

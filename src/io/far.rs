@@ -147,9 +147,10 @@ impl Assembly<'_> {
     /// The box around a mesh's positions in its own space; none if it has none that can be read, which is said where it
     /// is shown.
     fn extent_of(&self, mesh: usize) -> Option<Extent> {
-        let positions = self.root.meshes.get(mesh)?.primitives.iter().filter_map(|primitive| {
+        let positions = self.root.meshes.get(mesh)?.primitives.iter().enumerate().filter_map(|(i, primitive)| {
             let source = *primitive.attributes.get(&Checked::Valid(Semantic::Positions))?;
-            if self.accessors.has_data(source) { self.accessors.vec3(source).ok() } else { None }
+            let accessors = self.accessors.of_primitive(mesh, i);
+            if accessors.has_data(source) { accessors.vec3(source).ok() } else { None }
         });
         let empty = (Vec3::INFINITY, Vec3::NEG_INFINITY);
         let grow = |(min, max): (Vec3, Vec3), p: &Vec3| (min.min(*p), max.max(*p));

@@ -62,18 +62,10 @@ impl<'a> Images<'a> {
             self.hash.add(&bytes);
             return Ok(Bytes::Owned(bytes));
         }
-        let Some(view) = source.buffer_view.and_then(|view| self.root.buffer_views.get(view.value())) else {
+        let Some(view) = source.buffer_view else {
             return Err(Fault::invalid(at, "the image has neither a URI nor a buffer view"));
         };
-        let buffer = view.buffer.value();
-        let Some(bytes) = self.buffers.get(buffer).and_then(Option::as_ref) else {
-            let what = "the buffer has no URI, and the file no binary chunk for it";
-            return Err(Fault::invalid(format!("/buffers/{buffer}"), what));
-        };
-        // Views were shown to lie within their buffers when the document was checked.
-        let start = view.byte_offset.unwrap_or_default().0 as usize;
-        let bytes = bytes.get(start..).and_then(|bytes| bytes.get(..view.byte_length.0 as usize));
-        bytes.map(Bytes::Borrowed).ok_or_else(|| Fault::invalid(at, "the image reaches beyond its buffer"))
+        Ok(Bytes::Borrowed(self.buffers.view(self.root, view.value())?))
     }
 }
 

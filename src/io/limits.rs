@@ -8,6 +8,8 @@ use std::{fmt, path::Path};
 pub struct Limits {
     /// Bytes of a file: the document, a buffer, an image, an environment map.
     pub file_bytes: u64,
+    /// Bytes of all compressed geometry of a document together, when it is decompressed.
+    pub decoded_bytes: u64,
     /// Texels of all images of a document together.
     pub texels: u64,
     /// Texels of an environment map.
@@ -29,6 +31,7 @@ impl Default for Limits {
     fn default() -> Self {
         Self {
             file_bytes: 8 << 30,
+            decoded_bytes: 4 << 30,
             // A gigabyte of 8-bit RGBA.
             texels: 1 << 28,
             // 16384 × 8192, two gigabytes.
@@ -45,13 +48,31 @@ impl Default for Limits {
 
 impl Limits {
     /// The names of the limits, in the order of [`Limits`].
-    pub const NAMES: [&str; 8] =
-        ["file-bytes", "texels", "environment-texels", "vertices", "zeros", "triangles", "instances", "depth"];
+    pub const NAMES: [&str; 9] = [
+        "file-bytes",
+        "decoded-bytes",
+        "texels",
+        "environment-texels",
+        "vertices",
+        "zeros",
+        "triangles",
+        "instances",
+        "depth",
+    ];
 
     /// The limit of this name, if there is one.
     pub fn get_mut(&mut self, name: &str) -> Option<&mut u64> {
-        let Self { file_bytes, texels, environment_texels, vertices, zeros, triangles, instances, depth } = self;
-        let all = [file_bytes, texels, environment_texels, vertices, zeros, triangles, instances, depth];
+        let all = [
+            &mut self.file_bytes,
+            &mut self.decoded_bytes,
+            &mut self.texels,
+            &mut self.environment_texels,
+            &mut self.vertices,
+            &mut self.zeros,
+            &mut self.triangles,
+            &mut self.instances,
+            &mut self.depth,
+        ];
         Self::NAMES.iter().position(|known| *known == name).and_then(|i| all.into_iter().nth(i))
     }
 }
@@ -117,9 +138,10 @@ mod tests {
         for (i, name) in Limits::NAMES.iter().enumerate() {
             *limits.get_mut(name).unwrap() = i as u64;
         }
-        let Limits { file_bytes, texels, environment_texels, vertices, zeros, triangles, instances, depth } = limits;
-        assert_eq!([file_bytes, texels, environment_texels, vertices], [0, 1, 2, 3]);
-        assert_eq!([zeros, triangles, instances, depth], [4, 5, 6, 7]);
+        let Limits { file_bytes, decoded_bytes, texels, environment_texels, vertices, .. } = limits;
+        assert_eq!([file_bytes, decoded_bytes, texels, environment_texels, vertices], [0, 1, 2, 3, 4]);
+        let Limits { zeros, triangles, instances, depth, .. } = limits;
+        assert_eq!([zeros, triangles, instances, depth], [5, 6, 7, 8]);
         assert_eq!(limits.get_mut("width"), None);
     }
 }

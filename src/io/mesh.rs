@@ -11,15 +11,11 @@ use super::{
     accessor::{self, Accessors},
     attribute,
     error::Fault,
-    extensions,
     influence::Influences,
     material,
     part::Part,
     pose, tangent,
 };
-
-/// Compressed primitives; some files have plain ones as well, for readers like this one.
-const DRACO: &str = "KHR_draco_mesh_compression";
 
 /// Reads the primitives of a mesh that are made of triangles, morphed with these weights.
 pub(super) fn read(
@@ -34,7 +30,7 @@ pub(super) fn read(
     let Some(mesh_source) = root.meshes.get(mesh) else { return Ok(parts) };
     for (i, primitive) in mesh_source.primitives.iter().enumerate() {
         let at = format!("/meshes/{mesh}/primitives/{i}");
-        parts.extend(part(accessors, materials, primitive, weights, &at, warnings)?);
+        parts.extend(part(accessors.of_primitive(mesh, i), materials, primitive, weights, &at, warnings)?);
     }
     Ok(parts)
 }
@@ -53,16 +49,8 @@ fn part(
         warnings.push(format!("{at} has no positions: skipped"));
         return Ok(None);
     };
-    let others = primitive.extensions.as_ref().map(|extensions| &extensions.others);
-    if !accessors.has_data(source) && others.is_some_and(|others| others.contains_key(DRACO)) {
-        let remedy = extensions::remedy(DRACO).unwrap_or_default();
-        return Err(Fault::unsupported(at, format!("this primitive is there with {DRACO} alone: {remedy}")));
-    }
     let mut positions = finite_positions(accessors, source)?;
-    let corners = match primitive.indices {
-        Some(indices) => in_range(accessors.indices(indices)?, positions.len(), indices)?,
-        None => (0..positions.len() as u32).collect(),
-    };
+    let (corners, mode) = corners(accessors, primitive, mode, positions.len(), at)?;
     let triangles = triangles(&corners, mode, at, warnings);
     let normals = attribute(Semantic::Normals).map(|source| normals_of(accessors, source, positions.len(), at));
     let mut normals = normals.transpose()?;
@@ -126,12 +114,30 @@ fn normals_of(
     accessors.vec3(source)
 }
 
-fn in_range(corners: Vec<u32>, positions: usize, indices: Index<Accessor>) -> Result<Vec<u32>, Fault> {
+/// The vertices at the corners of the triangles, and how they follow each other. What was compressed is a list.
+fn corners(
+    accessors: Accessors<'_>,
+    primitive: &Primitive,
+    mode: Mode,
+    positions: usize,
+    at: &str,
+) -> Result<(Vec<u32>, Mode), Fault> {
+    if let Some(corners) = accessors.decoded_corners() {
+        return in_range(corners.to_vec(), positions, at).map(|corners| (corners, Mode::Triangles));
+    }
+    let corners = match primitive.indices {
+        Some(indices) => in_range(accessors.indices(indices)?, positions, &accessor::pointer(indices))?,
+        None => (0..positions as u32).collect(),
+    };
+    Ok((corners, mode))
+}
+
+fn in_range(corners: Vec<u32>, positions: usize, at: &str) -> Result<Vec<u32>, Fault> {
     match corners.iter().position(|&corner| corner as usize >= positions) {
         None => Ok(corners),
         Some(i) => {
             let what = format!("element {i} is index {}, and there are {positions} positions", corners[i]);
-            Err(Fault::invalid(accessor::pointer(indices), what))
+            Err(Fault::invalid(at, what))
         }
     }
 }

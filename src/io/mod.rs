@@ -5,10 +5,11 @@
 //! whatever it asks for that this version does not do is a sentence in [`Loaded::warnings`]; no input makes it panic.
 //!
 //! # Extensions
-//! `EXT_mesh_gpu_instancing`, `EXT_texture_webp`, `KHR_lights_punctual`, `KHR_mesh_quantization`,
-//! `KHR_texture_transform`, and of the materials `KHR_materials_emissive_strength`, `_ior`, `_specular`,
-//! `_transmission`, `_unlit` and `_volume`. A *required* extension outside of this list is an error (one of materials a
-//! warning, with [`Required::MaterialsIgnored`]), an optional one a warning. Ours are the node extension
+//! `EXT_mesh_gpu_instancing`, `EXT_meshopt_compression`, `EXT_texture_webp`, `KHR_draco_mesh_compression`,
+//! `KHR_lights_punctual`, `KHR_mesh_quantization`, `KHR_meshopt_compression`, `KHR_texture_transform`, and of the
+//! materials `KHR_materials_emissive_strength`, `_ior`, `_specular`, `_transmission`, `_unlit` and `_volume`. A
+//! *required* extension outside of this list is an error (one of materials a warning, with
+//! [`Required::MaterialsIgnored`]), an optional one a warning. Ours are the node extension
 //!
 //! ```json
 //! "extensions": { "PATHSPACE_sphere": { "radius": 0.5, "material": 2 } }
@@ -49,6 +50,7 @@ mod attribute;
 mod buffer;
 mod camera;
 mod document;
+mod draco;
 mod environment;
 mod error;
 mod extensions;
@@ -60,6 +62,7 @@ mod light;
 mod limits;
 mod material;
 mod mesh;
+mod meshopt;
 mod node;
 mod openexr;
 mod part;

@@ -1,6 +1,7 @@
 //! Tiny documents made by hand: what is read, and the sentence for each way in which a document can be wrong.
 
 mod corpus;
+mod draco;
 mod environment;
 mod errors;
 mod factors;

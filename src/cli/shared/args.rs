@@ -78,8 +78,9 @@ pub struct SceneArgs {
 /// What a scene file may ask for.
 #[derive(Debug, clap::Args)]
 pub struct LoadArgs {
-    /// Refuse files that have more of something: file-bytes, texels, environment-texels, vertices (of an accessor),
-    /// zeros (without data), triangles, instances or depth (of nodes); may be given several times, N like 1000 or 64M
+    /// Refuse files that have more of something: file-bytes, decoded-bytes (of compressed geometry), texels,
+    /// environment-texels, vertices (of an accessor), zeros (without data), triangles, instances or depth (of nodes);
+    /// may be given several times, N like 1000 or 64M
     #[arg(long = "limit", value_name = "NAME=N", value_parser = values::limit)]
     limits: Vec<(&'static str, u64)>,
 
