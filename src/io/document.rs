@@ -34,6 +34,7 @@ pub(super) const SUPPORTED: &[&str] = &[
     "KHR_materials_volume",
     "KHR_mesh_quantization",
     "KHR_meshopt_compression",
+    "KHR_texture_basisu",
     "KHR_texture_transform",
     "PATHSPACE_sphere",
     "PATHSPACE_thin_lens",

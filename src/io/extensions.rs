@@ -5,7 +5,6 @@ use super::error::quoted;
 /// What turns a file with this extension into one without it, if something common does.
 pub(super) fn remedy(name: &str) -> Option<&'static str> {
     Some(match name {
-        "KHR_texture_basisu" => "“gltf-transform ktxdecompress IN.glb OUT.glb” turns its textures into PNG",
         "EXT_texture_avif" => "“gltf-transform png IN.glb OUT.glb” turns its textures into PNG",
         "MSFT_texture_dds" => "save its textures as PNG",
         "KHR_materials_pbrSpecularGlossiness" => "“gltf-transform metalrough IN.glb OUT.glb” converts its materials",
@@ -47,7 +46,7 @@ pub(super) fn refused(names: &[&str]) -> String {
 pub(super) fn left_out(name: &str) -> String {
     let name_quoted = quoted(name);
     match name {
-        "KHR_texture_basisu" | "EXT_texture_avif" | "MSFT_texture_dds" => {
+        "EXT_texture_avif" | "MSFT_texture_dds" => {
             format!("the optional extension {name_quoted} is not supported: the plain images are read in its place")
         }
         _ => format!("the optional extension {name_quoted} is not supported: what it adds is left out"),

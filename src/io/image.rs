@@ -1,20 +1,17 @@
-//! Images: PNG, JPEG and WebP, from files beside the document, data URIs and buffer views.
+//! Images: PNG, JPEG, WebP and KTX2, from files beside the document, data URIs and buffer views.
 
 use std::{io::Cursor, sync::Arc};
 
 use gltf_json::Root;
-use image::{DynamicImage, ImageDecoder as _, ImageFormat, ImageReader, Limits};
+use image::{DynamicImage, ImageDecoder as _, ImageFormat, ImageReader};
 
 use super::{
     buffer::{self, Buffers, Hash},
     error::{Fault, one_line},
-    extensions::remedy,
-    limits::{Limit, Place},
+    ktx2,
+    limits::{Limit, Limits, Place},
 };
 use crate::scene::texture::{Image, Texels};
-
-/// How a KTX2 file begins.
-const KTX2: &[u8] = b"\xABKTX 20\xBB";
 
 /// What a decoder may take besides the texels, bytes.
 const DECODER_MEMORY: u64 = 1 << 30;
@@ -45,8 +42,8 @@ impl<'a> Images<'a> {
             None => return Err(Fault::invalid(at, "the file has no such image")),
         }
         let image = Arc::new(match self.source(index, &at)? {
-            Bytes::Borrowed(bytes) => decode(bytes, &mut self.texels, self.place.limits.texels, &at)?,
-            Bytes::Owned(bytes) => decode(&bytes, &mut self.texels, self.place.limits.texels, &at)?,
+            Bytes::Borrowed(bytes) => decode(bytes, &mut self.texels, &self.place.limits, &at)?,
+            Bytes::Owned(bytes) => decode(&bytes, &mut self.texels, &self.place.limits, &at)?,
         });
         self.decoded[index] = Some(image.clone());
         Ok(image)
@@ -75,16 +72,14 @@ enum Bytes<'a> {
 }
 
 /// Decodes an image, whatever its file name and MIME type say it is. Colour profiles and orientation are ignored, as
-/// glTF asks. `texels` counts those of all images, which are to be `most` in all.
-fn decode(bytes: &[u8], texels: &mut u64, most: u64, at: &str) -> Result<Image, Fault> {
-    let format = image::guess_format(bytes).ok();
-    if bytes.starts_with(KTX2) {
-        let name = "KHR_texture_basisu";
-        let help = remedy(name).unwrap_or_default();
-        return Err(Fault::unsupported(at, format!("the image is KTX2 ({name}), which is not supported: {help}")));
+/// glTF asks. `texels` counts those of all images.
+fn decode(bytes: &[u8], texels: &mut u64, limits: &Limits, at: &str) -> Result<Image, Fault> {
+    if ktx2::is_ktx2(bytes) {
+        return ktx2::decode(bytes, texels, limits, at);
     }
+    let (format, most) = (image::guess_format(bytes).ok(), limits.texels);
     let Some(format @ (ImageFormat::Png | ImageFormat::Jpeg | ImageFormat::WebP)) = format else {
-        return Err(Fault::unsupported(at, "the image is neither PNG, JPEG nor WebP"));
+        return Err(Fault::unsupported(at, "the image is neither PNG, JPEG, WebP nor KTX2"));
     };
     let broken = |error: &image::ImageError| {
         let name = format.extensions_str().first().copied().unwrap_or_default().to_uppercase();
@@ -104,9 +99,9 @@ fn decode(bytes: &[u8], texels: &mut u64, most: u64, at: &str) -> Result<Image, 
     if size == 0 {
         return Err(Fault::invalid(at, "the image has no texels"));
     }
-    let mut limits = Limits::no_limits();
-    limits.max_alloc = Some(8 * size + DECODER_MEMORY);
-    decoder.set_limits(limits).map_err(|error| broken(&error))?;
+    let mut memory = image::Limits::no_limits();
+    memory.max_alloc = Some(8 * size + DECODER_MEMORY);
+    decoder.set_limits(memory).map_err(|error| broken(&error))?;
     let decoded = DynamicImage::from_decoder(decoder).map_err(|error| broken(&error))?;
     let texels = match decoded {
         DynamicImage::ImageLuma8(image) => Texels::U8(image.into_raw()),

@@ -6,8 +6,9 @@
 //!
 //! # Extensions
 //! `EXT_mesh_gpu_instancing`, `EXT_meshopt_compression`, `EXT_texture_webp`, `KHR_draco_mesh_compression`,
-//! `KHR_lights_punctual`, `KHR_mesh_quantization`, `KHR_meshopt_compression`, `KHR_texture_transform`, and of the
-//! materials `KHR_materials_emissive_strength`, `_ior`, `_specular`, `_transmission`, `_unlit` and `_volume`. A
+//! `KHR_lights_punctual`, `KHR_mesh_quantization`, `KHR_meshopt_compression`, `KHR_texture_basisu`,
+//! `KHR_texture_transform`, and
+//! of the materials `KHR_materials_emissive_strength`, `_ior`, `_specular`, `_transmission`, `_unlit` and `_volume`. A
 //! *required* extension outside of this list is an error (one of materials a warning, with
 //! [`Required::MaterialsIgnored`]), an optional one a warning. Ours are the node extension
 //!
@@ -58,6 +59,7 @@ mod far;
 mod image;
 mod influence;
 mod instancing;
+mod ktx2;
 mod light;
 mod limits;
 mod material;

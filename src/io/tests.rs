@@ -7,6 +7,7 @@ mod errors;
 mod factors;
 mod far;
 mod instancing;
+mod ktx2;
 mod pose;
 mod reading;
 mod textures;

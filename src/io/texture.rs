@@ -43,10 +43,11 @@ pub(super) fn read(
         return Err(Fault::invalid(format!("{at}/index"), format!("there is no texture {index}")));
     };
     let others = source.extensions.as_ref().map(|extensions| &extensions.others);
-    let image = match others.and_then(|others| others.get("EXT_texture_webp")) {
-        Some(webp) => {
-            let at = format!("/textures/{index}/extensions/EXT_texture_webp/source");
-            let image = webp.get("source").and_then(Value::as_u64).and_then(|image| usize::try_from(image).ok());
+    let other = |name| Some((name, others?.get(name)?));
+    let image = match other("KHR_texture_basisu").or_else(|| other("EXT_texture_webp")) {
+        Some((name, other)) => {
+            let at = format!("/textures/{index}/extensions/{name}/source");
+            let image = other.get("source").and_then(Value::as_u64).and_then(|image| usize::try_from(image).ok());
             image.ok_or_else(|| Fault::invalid(at, "this is no index of an image"))?
         }
         None => source.source.value(),

@@ -316,7 +316,7 @@ fn what_is_wrong_with_an_image_is_one_sentence() {
     set["meshes"][0]["primitives"][0]["attributes"]["TEXCOORD_0"] = json!(4);
     let cases = [
         (textured(&good[..good.len() / 2], &base_color()), "x.gltf, /images/0: the PNG image is broken"),
-        (textured(b"GIF89a..", &base_color()), "/images/0: the image is neither PNG, JPEG nor WebP"),
+        (textured(b"GIF89a..", &base_color()), "/images/0: the image is neither PNG, JPEG, WebP nor KTX2"),
         (textured(&huge, &base_color()), "/images/0: with the image's 65536 × 65536 there are 4294967296 texels"),
         (outside, "/images/0/uri: the URI “../secret.png” leads out of the model's folder"),
         (set, "/accessors/4/type: texture coordinates have type VEC2"),
