@@ -118,7 +118,7 @@ impl Assembly<'_> {
     pub(super) fn extents(&self, nodes: &[Placed]) -> Result<Vec<Extent>, Fault> {
         let mut boxes: Vec<Option<Option<Extent>>> = vec![None; self.root.meshes.len()];
         let mut extents = Vec::new();
-        for placed in nodes {
+        for placed in nodes.iter().filter(|placed| placed.visible) {
             let Some(node) = self.root.nodes.get(placed.index) else { continue };
             if let Some(mesh) = node.mesh.map(|mesh| mesh.value()).filter(|&mesh| mesh < boxes.len()) {
                 let own = *boxes[mesh].get_or_insert_with(|| self.extent_of(mesh));

@@ -51,7 +51,7 @@ impl Assembly<'_> {
     /// taken for any of them. A mesh that is copied counts as well.
     pub(super) fn count_uses(&mut self, nodes: &[Placed]) -> Result<(), Fault> {
         let mut all = 0;
-        for placed in nodes {
+        for placed in nodes.iter().filter(|placed| placed.visible) {
             let Some(node) = self.root.nodes.get(placed.index) else { continue };
             let Some(shown) = node.mesh.and_then(|mesh| self.meshes.get_mut(mesh.value())) else { continue };
             let uses = match attributes(node, placed)? {

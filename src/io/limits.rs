@@ -112,6 +112,8 @@ pub enum Required {
 pub struct LoadOptions<'a> {
     /// The scene to show, by name or number, if it is not to be the file's default.
     pub scene: Option<&'a str>,
+    /// The variant of materials to show (`KHR_materials_variants`), by name or number, if any.
+    pub variant: Option<&'a str>,
     /// What is too large.
     pub limits: Limits,
     /// Which other files it may point to.

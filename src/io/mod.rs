@@ -6,9 +6,9 @@
 //!
 //! # Extensions
 //! `EXT_mesh_gpu_instancing`, `EXT_meshopt_compression`, `EXT_texture_webp`, `KHR_draco_mesh_compression`,
-//! `KHR_lights_punctual`, `KHR_mesh_quantization`, `KHR_meshopt_compression`, `KHR_texture_basisu`,
-//! `KHR_texture_transform`, and
-//! of the materials `KHR_materials_emissive_strength`, `_ior`, `_specular`, `_transmission`, `_unlit` and `_volume`. A
+//! `KHR_lights_punctual`, `KHR_mesh_quantization`, `KHR_meshopt_compression`, `KHR_node_visibility`,
+//! `KHR_texture_basisu`, `KHR_texture_transform`, and of the materials `KHR_materials_emissive_strength`, `_ior`,
+//! `_specular`, `_transmission`, `_unlit`, `_variants` ([`LoadOptions::variant`]) and `_volume`. A
 //! *required* extension outside of this list is an error (one of materials a warning, with
 //! [`Required::MaterialsIgnored`]), an optional one a warning. Ours are the node extension
 //!
@@ -75,6 +75,7 @@ mod radiance;
 mod scenes;
 mod tangent;
 mod texture;
+mod variants;
 
 #[cfg(test)]
 mod tests;
@@ -164,6 +165,10 @@ pub struct Summary {
     pub scenes: Vec<Option<String>>,
     /// The scene that is shown; none in a file without scenes, of which all is shown.
     pub scene: Option<usize>,
+    /// The names of its variants of materials.
+    pub variants: Vec<String>,
+    /// The variant that is shown; none if the materials are those of the file by default.
+    pub variant: Option<usize>,
     /// Number of nodes.
     pub nodes: usize,
     /// Number of meshes.
@@ -199,7 +204,7 @@ pub fn load(path: &Path) -> Result<Loaded, LoadError> {
 /// The same with options of one's own.
 ///
 /// # Errors
-/// As [`load`], and if there is no such scene.
+/// As [`load`], and if there is no such scene or variant.
 pub fn load_with(path: &Path, options: &LoadOptions<'_>) -> Result<Loaded, LoadError> {
     let file = one_line(&path.display().to_string());
     match buffer::file(path, options.limits.file_bytes) {
@@ -221,6 +226,7 @@ pub fn read(bytes: &[u8], folder: &Path, file: &str, options: &LoadOptions<'_>) 
     let mut root = document::parse(chunks.json, options.required, file, &mut warnings)?;
     let exact = far::exact(&root, chunks.json);
     scenes::choose(&mut root, options.scene, file, &mut warnings)?;
+    let variant = variants::choose(&mut root, options.variant, file)?;
     match root.animations.len() {
         0 => {}
         1 => warnings.push("its animation is not played: what it moves is at rest".to_owned()),
@@ -252,6 +258,7 @@ pub fn read(bytes: &[u8], folder: &Path, file: &str, options: &LoadOptions<'_>) 
             .collect();
         let mut loaded = scene.loaded;
         loaded.summary.binary = chunks.binary;
+        loaded.summary.variant = variant;
         loaded.warnings.extend(outshone);
         loaded.warnings.extend(vague);
         Ok(loaded)
@@ -323,12 +330,15 @@ impl<'a> Assembly<'a> {
         }
         for placed in &nodes {
             let Some(node) = self.root.nodes.get(placed.index) else { continue };
-            if let Some(mesh) = node.mesh {
-                self.mesh(mesh.value(), node, placed, &nodes)?;
-            }
             if let Some(index) = node.camera {
                 let camera = camera::camera(self.root, placed, index.value(), &mut self.loaded.warnings)?;
                 self.loaded.cameras.push(camera);
+            }
+            if !placed.visible {
+                continue;
+            }
+            if let Some(mesh) = node.mesh {
+                self.mesh(mesh.value(), node, placed, &nodes)?;
             }
             let Some(extensions) = &node.extensions else { continue };
             if let Some(light) = &extensions.khr_lights_punctual {
@@ -393,6 +403,7 @@ fn summary(root: &Root) -> Summary {
         generator: root.asset.generator.as_deref().map(one_line),
         scenes: scenes::names(root),
         scene: scenes::shown(root),
+        variants: variants::names(root),
         nodes: root.nodes.len(),
         meshes: root.meshes.len(),
         materials: root.materials.len(),

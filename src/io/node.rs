@@ -23,8 +23,8 @@ pub(super) fn hierarchy(
     let parents = parents(root)?;
     let mut placed = Vec::new();
     let mut stack: Vec<_> =
-        roots(root, &parents, warnings)?.into_iter().rev().map(|i| (i, 1, DAffine3::IDENTITY)).collect();
-    while let Some((index, level, parent)) = stack.pop() {
+        roots(root, &parents, warnings)?.into_iter().rev().map(|i| (i, 1, DAffine3::IDENTITY, true)).collect();
+    while let Some((index, level, parent, visible)) = stack.pop() {
         if level > depth {
             let what = format!("the node lies deeper than others, and {}", Limit("depth", depth));
             return Err(Fault::too_large(format!("/nodes/{index}"), what));
@@ -36,10 +36,23 @@ pub(super) fn hierarchy(
                 format!("the node's transform to world space is not finite, or farther than {FARTHEST:e} m away");
             return Err(Fault::invalid(format!("/nodes/{index}"), what));
         }
-        stack.extend(children(node).rev().map(|child| (child, level + 1, to_world)));
-        placed.push(Placed { index, to_world });
+        let visible = visible && is_visible(node, index)?;
+        stack.extend(children(node).rev().map(|child| (child, level + 1, to_world, visible)));
+        placed.push(Placed { index, to_world, visible });
     }
     Ok(placed)
+}
+
+/// What the node itself says (`KHR_node_visibility`); what is below an invisible one is not there either.
+fn is_visible(node: &Node, index: usize) -> Result<bool, Fault> {
+    const NAME: &str = "KHR_node_visibility";
+    match node.extensions.as_ref().and_then(|extensions| extensions.others.get(NAME)?.get("visible")) {
+        None => Ok(true),
+        Some(Value::Bool(visible)) => Ok(*visible),
+        Some(_) => {
+            Err(Fault::invalid(format!("/nodes/{index}/extensions/{NAME}/visible"), "this is neither true nor false"))
+        }
+    }
 }
 
 fn children(node: &Node) -> impl DoubleEndedIterator<Item = usize> {

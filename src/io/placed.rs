@@ -18,6 +18,8 @@ pub(super) fn is_near(point: Vec3) -> bool {
 pub(super) struct Placed {
     pub(super) index: usize,
     pub(super) to_world: DAffine3,
+    /// Whether what is at the node is there, cameras apart (`KHR_node_visibility`).
+    pub(super) visible: bool,
 }
 
 impl Placed {

@@ -11,6 +11,7 @@ mod ktx2;
 mod pose;
 mod reading;
 mod textures;
+mod variants;
 
 use std::path::Path;
 
@@ -102,7 +103,7 @@ fn facing(world: &part::World) -> Vec3 {
 }
 
 fn placed(matrix: DMat4) -> Placed {
-    Placed { index: 0, to_world: DAffine3::from_mat4(matrix) }
+    Placed { index: 0, to_world: DAffine3::from_mat4(matrix), visible: true }
 }
 
 fn glb(json: &str, bin: Option<&[u8]>) -> Vec<u8> {

@@ -75,3 +75,25 @@ fn info_says_which_volumes_are_no_bodies() {
         serde_json::from_str(&stdout(&run.pathspace(&["info", "open.gltf", "--json"]))).unwrap();
     assert!(info["warnings"][0].as_str().is_some_and(|w| w.contains("not closed (3 edges")), "{info}");
 }
+
+#[test]
+fn variants_are_listed_and_chosen() {
+    let run = Run::new();
+    let names = r#""extensionsUsed": ["KHR_materials_variants"], "extensions": { "KHR_materials_variants": {
+        "variants": [{ "name": "street" }, { "name": "beach" }] } }, "asset""#;
+    fs::write(run.path("t.gltf"), triangle("0.0").replacen("\"asset\"", names, 1)).unwrap();
+    let output = run.pathspace(&["info", "t.gltf", "--variant", "beach"]);
+    assert!(stdout(&output).contains("variants   2: 0 'street', 1 'beach' (shown)\n"), "{}", stdout(&output));
+    let output = run.pathspace(&["info", "t.gltf", "--json"]);
+    let json: serde_json::Value = serde_json::from_str(&stdout(&output)).unwrap();
+    assert_eq!((&json["variants"][1], &json["variant"]), (&"beach".into(), &serde_json::Value::Null));
+    for command in ["info", "render", "verify", "converge"] {
+        let output = run.pathspace(&[command, "t.gltf", "--variant", "sea"]);
+        assert_eq!(code(&output), 2, "{}", stderr(&output));
+        let sentence = "there is no variant “sea”: the file has 0 “street”, 1 “beach”";
+        assert!(stderr(&output).contains(sentence), "{}", stderr(&output));
+    }
+    let small = ["render", "t.gltf", "-q", "--spp", "1", "--width", "8", "--height", "8", "-o", "a.exr"];
+    assert_eq!(code(&run.pathspace(&[&small[..], &["--variant", "0"]].concat())), 0);
+    assert!(String::from_utf8_lossy(&fs::read(run.path("a.exr")).unwrap()).contains("pathspace.variant"));
+}

@@ -27,6 +27,8 @@ pub fn describe(loaded: &Loaded) -> Value {
         "generator": summary.generator,
         "scenes": summary.scenes,
         "scene": summary.scene,
+        "variants": summary.variants,
+        "variant": summary.variant,
         "file": {
             "nodes": summary.nodes,
             "meshes": summary.meshes,

@@ -58,6 +58,7 @@ pub fn describe(loaded: &Loaded) -> String {
         format!("scenes     {}", scenes(&loaded.summary)),
         format!("geometry   {} triangles, {} spheres", geometry.triangle_count(), geometry.sphere_count()),
     ];
+    lines.extend(variants(&loaded.summary));
     if geometry.instance_count() > 0 {
         let (instances, meshes) = (geometry.instance_count(), geometry.mesh_count());
         lines.push(format!("instances  {instances} of {meshes} shared meshes, whose triangles are counted in each"));
@@ -110,6 +111,15 @@ fn scenes(summary: &Summary) -> String {
         0 => "none: all nodes are shown".to_owned(),
         count => format!("{count}: {}", summary.scenes.iter().enumerate().map(one).collect::<Vec<_>>().join(", ")),
     }
+}
+
+/// `variants   2: 0 'beach' (shown), 1 'street'`, for a file that has any.
+fn variants(summary: &Summary) -> Option<String> {
+    let one = |(index, name): (usize, &String)| {
+        format!("{index} '{name}'{}", if summary.variant == Some(index) { " (shown)" } else { "" })
+    };
+    let list = || summary.variants.iter().enumerate().map(one).collect::<Vec<_>>().join(", ");
+    (!summary.variants.is_empty()).then(|| format!("variants   {}: {}", summary.variants.len(), list()))
 }
 
 fn view(view: View) -> String {

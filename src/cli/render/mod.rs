@@ -78,17 +78,18 @@ pub fn run(args: &RenderArgs) -> Result<Exit, Failure> {
     if let (None, Some(samples)) = (args.scene.build, announced(args, sensor)) {
         opened.loaded.geometry.set_effort_for(samples);
     }
-    let (view, shown, scene_hash) = (opened.view.clone(), opened.shown, opened.loaded.hash.clone());
+    let (view, scene_hash) = (opened.view.clone(), opened.loaded.hash.clone());
+    let (shown, variant) = (opened.shown, opened.loaded.summary.variant);
     let (scene, environment) = opened.into_scene(&args.scene, sensor, terminal)?;
     let lights = args.paths.lights.unwrap_or_else(|| args.integrator.choice_among(scene.lights()));
     let scene = scene.choosing_lights(lights);
     check_light_samples(&scene, &settings)?;
     let kept = kept(args, &scene)?;
     let keep = |path: &JoinedPath| kept.as_ref().is_none_or(|(_, kept)| kept.holds(&scene, path));
-    let paths = kept.as_ref().map(|(text, _)| text.clone());
+    let (paths, camera) = (kept.as_ref().map(|(text, _)| text.clone()), &view);
     let merging = settings.integrator.merges().then(|| MergeRadius::of(&scene, settings.merge_radius));
-    let camera = &view;
-    let job = Job { scene_hash, shown, camera, sensor, settings: &settings, merging, lights, paths, environment };
+    let job =
+        Job { scene_hash, shown, variant, camera, sensor, settings: &settings, merging, lights, paths, environment };
     foretell(&job, &scene, max_depth(args), terminal);
 
     let Wanted { passes, goal, whole } = wanted(args);

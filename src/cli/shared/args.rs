@@ -78,6 +78,11 @@ pub struct SceneArgs {
 /// What a scene file may ask for.
 #[derive(Debug, clap::Args)]
 pub struct LoadArgs {
+    /// Variant of a file's materials (KHR_materials_variants), by name or index [default: the materials that they have
+    /// without]
+    #[arg(long, value_name = "NAME|INDEX", allow_hyphen_values = true)]
+    variant: Option<String>,
+
     /// Refuse files that have more of something: file-bytes, decoded-bytes (of compressed geometry), texels,
     /// environment-texels, vertices (of an accessor), zeros (without data), triangles, instances or depth (of nodes);
     /// may be given several times, N like 1000 or 64M
@@ -105,10 +110,10 @@ impl LoadArgs {
     }
 
     /// How to read a file of which this scene is wanted.
-    pub fn options<'a>(&self, scene: Option<&'a str>) -> LoadOptions<'a> {
+    pub fn options<'a>(&'a self, scene: Option<&'a str>) -> LoadOptions<'a> {
         let outside = if self.allow_outside { Outside::Allowed } else { Outside::Refused };
         let required = if self.ignore_required { Required::MaterialsIgnored } else { Required::Honoured };
-        LoadOptions { scene, limits: self.limits(), outside, required }
+        LoadOptions { scene, variant: self.variant.as_deref(), limits: self.limits(), outside, required }
     }
 }
 

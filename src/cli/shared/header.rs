@@ -23,6 +23,8 @@ pub struct Job<'a> {
     pub scene_hash: String,
     /// Which scene of a file with several.
     pub shown: Option<usize>,
+    /// Which variant of its materials.
+    pub variant: Option<usize>,
     pub camera: &'a NamedCamera,
     pub sensor: Sensor,
     pub settings: &'a Settings,
@@ -57,7 +59,7 @@ pub fn settings(job: &Job<'_>) -> BTreeMap<String, String> {
 }
 
 /// What a header has only where it is not as usual.
-fn unusual(job: &Job<'_>) -> [(&'static str, Option<String>); 16] {
+fn unusual(job: &Job<'_>) -> [(&'static str, Option<String>); 17] {
     let Job { settings, lights, .. } = job;
     let unless_one = |count: u32| (count != 1).then(|| count.to_string());
     let relative = |RelativeRoulette { threshold, end }| format!("{threshold},{end}");
@@ -74,6 +76,7 @@ fn unusual(job: &Job<'_>) -> [(&'static str, Option<String>); 16] {
         ("paths", job.paths.clone()),
         ("hemisphere", (settings.hemisphere != Directions::Bsdf).then(|| settings.hemisphere.name().to_owned())),
         ("scene-index", job.shown.map(|index| index.to_string())),
+        ("variant", job.variant.map(|index| index.to_string())),
         ("environment", job.environment.clone()),
         ("clamp", settings.clamp.map(|clamp| clamp.to_string())),
         ("background", is_transparent.then(|| "transparent".to_owned())),
