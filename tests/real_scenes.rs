@@ -154,7 +154,8 @@ fn changed(model: &Path, change: impl Fn(&mut serde_json::Value)) -> (tempfile::
 
 fn pixels(file: &Path) -> Vec<Rgb> {
     let scene = load(file).expect("read");
-    let mut renderer = Renderer::new(&scene, &Settings::new(SENSOR));
+    let settings = Settings::new(SENSOR);
+    let mut renderer = Renderer::new(&scene, &settings);
     (0..4).for_each(|_| renderer.pass());
     renderer.film().image(4).pixels
 }

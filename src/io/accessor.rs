@@ -185,6 +185,12 @@ impl<'a> Accessors<'a> {
         self.root.get(index).map_or(0, |accessor| accessor.count.0 as usize)
     }
 
+    /// The number of elements that the document announces of one that was decompressed.
+    pub(super) fn announced(&self, index: Index<Accessor>) -> Option<usize> {
+        self.decoded(index)?;
+        self.root.get(index).map(|accessor| accessor.count.0 as usize)
+    }
+
     /// Whether it has elements in a buffer: one without is all zeros.
     pub(super) fn has_data(&self, index: Index<Accessor>) -> bool {
         self.decoded(index).is_some() || self.root.get(index).is_some_and(|accessor| accessor.buffer_view.is_some())

@@ -50,6 +50,11 @@ fn part(
         return Ok(None);
     };
     let mut positions = finite_positions(accessors, source)?;
+    if let Some(announced) = accessors.announced(source).filter(|&announced| announced != positions.len()) {
+        let have = positions.len();
+        warnings
+            .push(format!("{at} has {have} compressed vertices, and not {announced} as its accessors: these are read"));
+    }
     let (corners, mode) = corners(accessors, primitive, mode, positions.len(), at)?;
     let triangles = triangles(&corners, mode, at, warnings);
     let normals = attribute(Semantic::Normals).map(|source| normals_of(accessors, source, positions.len(), at));

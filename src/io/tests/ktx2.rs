@@ -55,13 +55,12 @@ fn a_ktx2_texture_is_its_texels_as_png() {
 fn what_is_wrong_with_a_ktx2_image_is_said() {
     let files = vectors();
     let [etc1s, .., uastc, zstandard] = &files[..] else { panic!("five files") };
-    let cases: [(&[u8], usize, u64, &str); 13] = [
+    let cases: [(&[u8], usize, u64, &str); 12] = [
         (&etc1s.1, 24, 0, "has another number of dimensions"),
         (&etc1s.1, 20, 0xffff_ffff_ffff, "/images/0: with the image's 4294967295 × 65535 there are"),
         (&etc1s.1, 36, 6, "is an array, a cube"),
         (&etc1s.1, 40, 99, "it has no texels or levels"),
         (&etc1s.1, 48, 0xffff_fff0, "its format descriptor reaches beyond its end"),
-        (&etc1s.1, 56, 0xffff_fff0, "its list of keys reaches beyond its end"),
         (&etc1s.1, 64, u64::MAX - 4, "its codebooks reaches beyond its end"),
         (&etc1s.1, 72, 30, "its codebooks are longer than announced"),
         (&etc1s.1, 80, u64::MAX - 4, "its first level reaches beyond its end"),
