@@ -83,9 +83,10 @@ fn mesh_of(
     let mut stream = DecoderBuffer::new(bytes).with_limits(ceiling);
     MeshDecoder::new().decode(&mut stream, &mut mesh).map_err(|error| match error.kind() {
         ErrorKind::LimitExceeded | ErrorKind::AllocationExceedsInput => {
+            let triangles = Limit("triangles", limits.triangles);
             let (zeros, decoded) = (Limit("zeros", limits.zeros), Limit(DECODED, limits.decoded_bytes));
             let what = "the Draco mesh announces more than its few bytes may, or than memory is meant to hold";
-            Fault::too_large(at, format!("{what}: {zeros}, {decoded}"))
+            Fault::too_large(at, format!("{what}: {zeros}, {triangles}, {decoded}"))
         }
         _ => Fault::invalid(at, format!("the Draco mesh cannot be decompressed ({})", error.message())),
     })?;

@@ -125,7 +125,8 @@ fn document(name: &str) -> Value {
                 "buffer": 0, "byteLength": first, "byteStride": 12, "mode": "ATTRIBUTES", "count": 3,
             } } },
             { "buffer": 1, "byteOffset": 36, "byteLength": 6, "extensions": { name: {
-                "buffer": 0, "byteOffset": first, "byteLength": second, "byteStride": 2, "mode": "TRIANGLES", "count": 3,
+                "buffer": 0, "byteOffset": first, "byteLength": second, "byteStride": 2, "mode": "TRIANGLES",
+                "count": 3,
             } } },
         ],
         "buffers": [{ "byteLength": first + second, "uri": uri }, { "byteLength": 42 }],
