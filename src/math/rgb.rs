@@ -138,6 +138,12 @@ impl<V: Vector> Rgb<V> {
         Self(channels)
     }
 
+    /// The same in all channels.
+    #[inline(always)]
+    pub fn grey(of_all: V::F) -> Self {
+        Self(V::new(of_all, of_all, of_all))
+    }
+
     /// Its channels, as a vector's coordinates.
     #[inline(always)]
     pub fn channels(self) -> V {

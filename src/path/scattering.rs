@@ -5,11 +5,11 @@ use std::fmt::Debug;
 use glam::Vec3;
 
 use crate::{
-    lanes::{Float, Lanes, MOST, Mask, One, Vector},
+    lanes::{Float, Lanes, MOST, Mask, One, Vector, Work},
     math::{Frame, Rgb},
     sampling::PdfSolidAngle,
     scene::{
-        bsdf::{Bsdf, BsdfSample, Bsdfs, Directions, Lobe, Scatter, Transport},
+        bsdf::{Bsdf, BsdfSample, Bsdfs, Directions, Lobe, MetallicRoughness, Scatter, Transport},
         point::Point,
         tilt::Tilt,
     },
@@ -244,7 +244,7 @@ impl<L: Lanes> Surfaces<L> for Bsdfs<L> {
     fn only(self, which: L::M) -> Self {
         match self {
             Self::Each(bsdfs, some) => Self::Each(bsdfs, some & which),
-            Self::Diffuse(_) | Self::Glass(_) | Self::Pane(_) | Self::Mirror(_) => self,
+            _ => self,
         }
     }
 
@@ -252,6 +252,9 @@ impl<L: Lanes> Surfaces<L> for Bsdfs<L> {
     fn scatter_around(&self, n: L::V, lobe: Lobe, to_camera: L::V, to_light: L::V) -> Scatter<L> {
         match self {
             Self::Diffuse(diffuse) if lobe == Lobe::Continuous => diffuse.between(n.dot(to_camera), n.dot(to_light)),
+            Self::MetallicRoughness(bsdfs) if lobe == Lobe::Continuous => {
+                n.max_element().lanes().call(Between { bsdfs, n, to_camera, to_light })
+            }
             _ => scatter_each(self, n, lobe, to_camera, to_light),
         }
     }
@@ -272,6 +275,10 @@ impl<L: Lanes> Surfaces<L> for Bsdfs<L> {
                 let (direction, scatter) = diffuse.sample_around(n, known, transport, [u[0], u[1]]);
                 (direction, scatter, lanes.each(|_| Lobe::Continuous), none)
             }
+            Self::MetallicRoughness(bsdfs) if directions == Directions::Bsdf => {
+                let (direction, is_delta, scatter) = lanes.call(Sampling { bsdfs, n, known, transport, u });
+                (direction, scatter, delta_or_continuous(lanes, is_delta), is_delta)
+            }
             _ => {
                 // Deltas are the same by every rule.
                 let frame = Frame::around(n);
@@ -290,7 +297,7 @@ impl<L: Lanes> Surfaces<L> for Bsdfs<L> {
     fn relative_ior_between(&self, cos_camera: L::F, cos_light: L::F) -> L::F {
         let lanes = cos_camera.lanes();
         match self {
-            Self::Diffuse(_) | Self::Pane(_) | Self::Mirror(_) => lanes.splat(1.0),
+            Self::Diffuse(_) | Self::Pane(_) | Self::Mirror(_) | Self::MetallicRoughness(_) => lanes.splat(1.0),
             Self::Glass(glass) => glass.relative_ior(cos_camera, cos_light),
             Self::Each(bsdfs, which) => {
                 let (cos_camera, cos_light) = (cos_camera.all(), cos_light.all());
@@ -309,6 +316,54 @@ impl<L: Lanes> Surfaces<L> for Bsdfs<L> {
 fn which_delta<L: Lanes>(lanes: L, second: L::M) -> L::Each<Lobe> {
     let second = second.bits();
     lanes.each(|k| Lobe::Delta((second >> k & 1) as u8))
+}
+
+/// The first delta where the condition holds, and the continuous part elsewhere.
+#[inline(always)]
+fn delta_or_continuous<L: Lanes>(lanes: L, delta: L::M) -> L::Each<Lobe> {
+    let delta = delta.bits();
+    lanes.each(|k| if delta >> k & 1 == 1 { Lobe::Delta(0) } else { Lobe::Continuous })
+}
+
+/// The continuous part of rough surfaces with the unit normals `n` between unit world directions.
+struct Between<'a, L: Lanes> {
+    bsdfs: &'a MetallicRoughness<L::V>,
+    n: L::V,
+    to_camera: L::V,
+    to_light: L::V,
+}
+
+impl<L: Lanes> Work for Between<'_, L> {
+    type Output = Scatter<L>;
+
+    #[inline(always)]
+    fn work(self) -> Scatter<L> {
+        let Self { bsdfs, n, to_camera, to_light } = self;
+        let frame = Frame::around(n);
+        bsdfs.between(frame.to_local(to_camera), frame.to_local(to_light))
+    }
+}
+
+/// A unit world direction across from `known` at such surfaces, where it belongs to a delta, and the value and the
+/// densities there.
+struct Sampling<'a, L: Lanes> {
+    bsdfs: &'a MetallicRoughness<L::V>,
+    n: L::V,
+    known: L::V,
+    transport: Transport,
+    u: [L::F; 3],
+}
+
+impl<L: Lanes> Work for Sampling<'_, L> {
+    type Output = (L::V, L::M, Scatter<L>);
+
+    #[inline(always)]
+    fn work(self) -> Self::Output {
+        let Self { bsdfs, n, known, transport, u } = self;
+        let frame = Frame::around(n);
+        let (direction, is_delta, scatter) = bsdfs.sample_in_lanes(frame.to_local(known), transport, u);
+        (frame.to_world(direction).normalize(), is_delta, scatter)
+    }
 }
 
 /// One lane's, out of line: a copy in each place where lanes ask would make the core several times as large.

@@ -5,7 +5,7 @@ use rayon::prelude::*;
 
 use super::{
     Scene,
-    bsdf::{Bsdfs, InLanes, Kind},
+    bsdf::{Bsdfs, Kind, Terms},
     geometry::{Geometry, PrimitiveId, STEEPEST, lifted, surface_of},
     id::{LightId, MediumId},
     light::{Lights, Receiver},
@@ -29,7 +29,8 @@ pub(super) struct Records {
     triangles: Vec<Record>,
     /// The normals of the corners, in the same places.
     normals: Vec<Record>,
-    /// The colour and the emission; in the last place of each four the kind's number and the index of refraction.
+    /// The colour, the emission and F0; in the last place of each four the kind's number, the index of refraction and
+    /// F90; then α and the fraction of metal.
     materials: Vec<Record>,
     lights: Option<FewLights>,
 }
@@ -49,8 +50,7 @@ pub(crate) struct PlainPoints<L: Lanes> {
     /// In which lanes.
     pub which: L::M,
     kind: L::U,
-    color: Rgb<L::V>,
-    ior: L::F,
+    terms: Terms<L::V>,
 }
 
 impl<L: Lanes> PlainPoints<L> {
@@ -58,8 +58,7 @@ impl<L: Lanes> PlainPoints<L> {
     fn nowhere(lanes: L) -> Self {
         let black = Rgb::of(lanes.splat_v([0.0; 3]));
         let point = Point::without_surface(black.channels(), black.channels(), Place::Surface);
-        let (kind, ior) = (lanes.splat_u(0), lanes.splat(1.0));
-        Self { point, which: lanes.mask(0), kind, color: black, ior }
+        Self { point, which: lanes.mask(0), kind: lanes.splat_u(0), terms: Terms::of_color(black) }
     }
 
     /// In which lanes the BSDF is of this kind.
@@ -71,7 +70,7 @@ impl<L: Lanes> PlainPoints<L> {
     /// Gives `point` the BSDFs of this kind: on the boundary of a volume those between its material and empty space.
     #[inline(always)]
     pub fn turn_to(&mut self, kind: Kind) {
-        self.point.bsdf = Bsdfs::of_kind(kind, self.color, self.ior);
+        self.point.bsdf = Bsdfs::of_kind(kind, self.terms);
     }
 }
 
@@ -200,7 +199,7 @@ impl Records {
         let meet = media.is_some_and(Media::meet);
         let is_plain = |material: &Material| {
             let opaque = material.maps.is_none() && material.alpha_mode == AlphaMode::Opaque;
-            opaque && InLanes::of(&material.bsdf).is_some_and(|of| !(meet && of.kind.transmits()))
+            opaque && Kind::of(&material.bsdf).is_some_and(|kind| !(meet && kind.transmits()))
         };
         let plain = |index: u32| {
             let id = PrimitiveId::world(index);
@@ -229,10 +228,11 @@ impl Records {
             record([p, q, r, Vec3::ZERO].map(|row| row.extend(0.0).to_array()))
         };
         let material = |material: &Material| {
-            let InLanes { kind, color, ior } = InLanes::of(&material.bsdf).unwrap_or(InLanes::BLACK);
-            let rows = [(color, word(kind as u32)), (material.emission, ior)];
-            let [bsdf, emission] = rows.map(|(rgb, last)| Vec3::from(rgb).extend(last).to_array());
-            record([bsdf, emission, [0.0; 4], [0.0; 4]])
+            let kind = Kind::of(&material.bsdf).unwrap_or(Kind::Diffuse);
+            let Terms { color, ior, alpha, fraction, f0, f90 } = Terms::of(&material.bsdf);
+            let rows = [(color, word(kind as u32)), (material.emission, ior), (f0, f90)];
+            let [bsdf, emission, f0] = rows.map(|(rgb, last)| Vec3::from(rgb).extend(last).to_array());
+            record([bsdf, emission, f0, [alpha, fraction, 0.0, 0.0]])
         };
         let mut records = Self {
             triangles: (0..count).into_par_iter().map(triangle).collect(),
@@ -268,7 +268,8 @@ impl Records {
             if smooth.any() { self.shading_normals::<L>(smooth, t[15].to_bits(), [b, c], normal) } else { normal };
         let material = t[3].to_bits();
         let m = lanes.records(&self.materials, which.select(material, lanes.splat_u(0)));
-        let (color, emission) = (Rgb::of(L::V::new(m[0], m[1], m[2])), Rgb::of(L::V::new(m[4], m[5], m[6])));
+        let rgb = |i: usize| Rgb::of(L::V::new(m[i], m[i + 1], m[i + 2]));
+        let terms = Terms { color: rgb(0), ior: m[7], alpha: m[12], fraction: m[13], f0: rgb(8), f90: m[11] };
         let (light, material, index) = (t[7].to_bits().all(), material.all(), index.all());
         let (b, c) = (b.all(), c.all());
         let point = Point {
@@ -282,11 +283,11 @@ impl Records {
             media: [lanes.each(|_| MediumId::EMPTY); 2],
             light: lanes.each(|k| LightId::of_successor(light[k])),
             alpha: lanes.splat(1.0),
-            bsdf: Bsdfs::of_kind(Kind::Diffuse, Rgb::of(lanes.splat_v([0.0; 3])), lanes.splat(1.0)),
-            emission,
+            bsdf: Bsdfs::of_kind(Kind::Diffuse, Terms::of_color(Rgb::grey(lanes.splat(0.0)))),
+            emission: rgb(4),
             barycentric: lanes.each(|k| glam::Vec2::new(b[k], c[k])),
         };
-        PlainPoints { point, which, kind: m[3].to_bits(), color, ior: m[7] }
+        PlainPoints { point, which, kind: m[3].to_bits(), terms }
     }
 
     /// N_s of the smooth triangles.

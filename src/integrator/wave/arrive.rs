@@ -10,7 +10,7 @@ use super::{
 };
 use crate::{
     integrator::Integrator,
-    lanes::{Lanes, Mask, Vector, Work},
+    lanes::{Lanes, MOST, Mask, Vector, Work},
     path::Step,
     scene::{
         bsdf::{Bsdfs, Kind, Transport},
@@ -24,17 +24,39 @@ use crate::{
 enum Group {
     /// Plain points of one kind.
     Plain(Kind),
-    /// All other surfaces.
-    Others,
+    /// Other surfaces: those of this number in [`Others`].
+    Others(usize),
     /// What has left the scene.
     Sky,
 }
 
+const KINDS: usize = Kind::ALL.len();
+
 impl Group {
-    const ALL: [Self; 6] = {
-        let [a, b, c, d] = Kind::ALL;
-        [Self::Plain(a), Self::Plain(b), Self::Plain(c), Self::Plain(d), Self::Others, Self::Sky]
+    const ALL: [Self; 2 * KINDS + 2] = {
+        let mut all = [Self::Sky; 2 * KINDS + 2];
+        let mut i = 0;
+        while i < KINDS {
+            all[i] = Self::Plain(Kind::ALL[i]);
+            all[KINDS + i] = Self::Others(i);
+            i += 1;
+        }
+        all[2 * KINDS] = Self::Others(KINDS);
+        all
     };
+}
+
+/// In which lanes surfaces have a BSDF of each kind, and last in which of none: a bit for each lane.
+type Others = [u32; KINDS + 1];
+
+#[inline(always)]
+fn by_kind(points: &[Point; MOST], which: impl Mask) -> Others {
+    let mut others = [0; KINDS + 1];
+    for k in which.lanes() {
+        let at = Kind::of(&points[k].bsdf).map_or(KINDS, |kind| kind as usize);
+        others[at] |= 1 << k;
+    }
+    others
 }
 
 /// Whether walks that leave the scene come to a sky.
@@ -62,6 +84,13 @@ impl Integrator {
             let (in_world, index, b) = hits.places(lanes, i);
             let mut plain = scene.plain_points(lanes, met & in_world, index, b);
             plain.which = self.met_first(stage, (walks, &walk), hits, i, plain.which);
+            let (others, mut which_others) = (met & !plain.which, [0; KINDS + 1]);
+            if others.any() {
+                let Queues { inside, arrived, .. } = &mut *queues;
+                let which = lanes.mask(walks.arrive_each(scene, i, others, hits, inside, &mut arrived.0));
+                which_others = by_kind(&arrived.0, which);
+                met = plain.which | which;
+            }
             // One call for all: each would be a copy of what it does.
             for group in Group::ALL {
                 let other;
@@ -77,15 +106,12 @@ impl Integrator {
                         }
                         (which, &plain.point)
                     }
-                    Group::Others => {
-                        let others = met & !plain.which;
-                        if !others.any() {
+                    Group::Others(kind) => {
+                        let which = lanes.mask(which_others[kind]);
+                        if !which.any() {
                             continue;
                         }
-                        let Queues { inside, points, .. } = &mut *queues;
-                        let which = lanes.mask(walks.arrive_each(scene, i, others, hits, inside, &mut points.0));
-                        met = plain.which | which;
-                        other = Point::of_each(lanes, which, Place::Surface, |k| &queues.points.0[k]);
+                        other = Point::of_each(lanes, which, Place::Surface, |k| &queues.arrived.0[k]);
                         (which, &other)
                     }
                     Group::Sky => {

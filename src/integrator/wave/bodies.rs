@@ -3,8 +3,9 @@
 use super::{Stage, queue::Walk};
 use crate::{
     lanes::{Float, Lanes, MOST, Mask, Unsigned, Vector},
+    math::Rgb,
     scene::{
-        bsdf::{Bsdfs, InLanes},
+        bsdf::{Bsdf, Bsdfs, Diffuse},
         media::Inside,
         point::Point,
     },
@@ -22,7 +23,7 @@ pub(super) fn come_to_bodies<L: Lanes>(
     let Some(media) = scene.media() else { return point.bsdf };
     let leaves = lanes.splat(0.0).lt(point.normal.dot(walk.departure.direction)).bits();
     let (number, bsdf) = (walk.number.all(), point.bsdf.all(lanes));
-    let mut bsdfs = [InLanes::BLACK.into(); MOST];
+    let mut bsdfs = [Bsdf::Diffuse(Diffuse { albedo: Rgb::ZERO }); MOST];
     for k in which.lanes() {
         bsdfs[k] = bsdf(k);
         let (inside, material) = (&mut inside[number[k] as usize], L::lane(&point.material, k));

@@ -168,8 +168,8 @@ impl Integrator {
         for s in light_vertices.levels_of(&numbers, which) {
             let strategy = Strategy { s, t };
             let times = self.evaluated.multiplicity(strategy);
-            let [lambert, other] = light_vertices.kinds(s, &numbers, which);
-            for (kind, which) in [(Held::Lambert, lambert), (Held::Other, other)] {
+            let kinds = light_vertices.kinds(s, &numbers, which);
+            for (kind, which) in Held::ALL.into_iter().zip(kinds) {
                 if which != 0 && times > 0 {
                     let which = lanes.mask(which);
                     let end = light_vertices.get(lanes, s, kind, walk.number, which);

@@ -81,6 +81,8 @@ struct Queues {
     /// Of each walk from a light the point where it began, by its number; where weights ask for it.
     lights: Vec<Point>,
     points: Points,
+    /// The surface points to which those of a group have come that are not plain.
+    arrived: Points,
     emissions: Emissions,
     /// What reaches the image.
     seen: Seen,

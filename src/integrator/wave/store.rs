@@ -11,7 +11,7 @@ use crate::{
     path::{Edge, RivalSum, Step, Tail},
     sampling::PdfArea,
     scene::{
-        bsdf::{Bsdf, Bsdfs, Diffuse},
+        bsdf::{Bsdf, Bsdfs, Diffuse, Kind, Terms},
         geometry::PrimitiveId,
         point::{Place, Point},
     },
@@ -47,6 +47,8 @@ struct Level {
     kinds: Vec<Held>,
     /// What [`rows`] makes of a vertex.
     rows: [Vec<Record>; 2],
+    /// What [`row_of_terms`] makes of the BSDFs that have more than a colour.
+    terms: Vec<Record>,
     /// The BSDFs of [`Held::Other`].
     bsdfs: Vec<Bsdf>,
 }
@@ -56,10 +58,15 @@ struct Level {
 pub enum Held {
     /// No vertex that a connection could use.
     Nothing,
-    /// A Lambertian one.
-    Lambert,
+    /// One of this kind.
+    Of(Kind),
     /// One of another BSDF.
     Other,
+}
+
+impl Held {
+    /// What connections use.
+    pub const ALL: [Self; 3] = [Self::Of(Kind::Diffuse), Self::Of(Kind::MetallicRoughness), Self::Other];
 }
 
 impl VertexStore {
@@ -103,18 +110,26 @@ impl VertexStore {
             self.last[numbers[k] as usize] = s;
         }
         let (level, bsdf) = (self.level(s), &end.step.vertex.point.bsdf);
-        for (rows, columns) in level.rows.iter_mut().zip(rows(end)) {
+        let (kind, terms) = bsdf.kind_and_terms(lanes);
+        let held = kind.map_or(Held::Other, Held::Of);
+        for (rows, columns) in level.rows.iter_mut().zip(rows(end, terms.color)) {
             lanes.put_records(columns, rows, number, which);
         }
-        let held = if matches!(bsdf, Bsdfs::Diffuse(_)) { Held::Lambert } else { Held::Other };
         for k in which.lanes() {
             level.kinds[numbers[k] as usize] = held;
         }
-        if held == Held::Other {
-            let bsdf = bsdf.all(lanes);
-            level.bsdfs.resize(level.kinds.len(), Bsdf::Diffuse(Diffuse { albedo: Rgb::ZERO }));
-            for k in which.lanes() {
-                level.bsdfs[numbers[k] as usize] = bsdf(k);
+        match held {
+            Held::Nothing | Held::Of(Kind::Diffuse) => {}
+            Held::Of(_) => {
+                level.terms.resize(level.kinds.len(), Record([0.0; 16]));
+                lanes.put_records(row_of_terms::<L>(&terms), &mut level.terms, number, which);
+            }
+            Held::Other => {
+                let bsdf = bsdf.all(lanes);
+                level.bsdfs.resize(level.kinds.len(), Bsdf::Diffuse(Diffuse { albedo: Rgb::ZERO }));
+                for k in which.lanes() {
+                    level.bsdfs[numbers[k] as usize] = bsdf(k);
+                }
             }
         }
     }
@@ -136,38 +151,60 @@ impl VertexStore {
         &mut self.levels[at]
     }
 
-    /// For which of the lanes `which` the walks with these numbers have an s-th vertex that is Lambertian, and for
-    /// which another one, a bit for each.
+    /// For which of the lanes `which` the walks with these numbers have an s-th vertex of each of [`Held::ALL`], a bit
+    /// for each.
     #[inline(always)]
-    pub fn kinds(&self, s: u32, numbers: &[u32; MOST], which: impl Mask) -> [u32; 2] {
+    pub fn kinds(&self, s: u32, numbers: &[u32; MOST], which: impl Mask) -> [u32; Held::ALL.len()] {
         let kinds = &self.levels[s as usize - 2].kinds;
-        let (mut lambert, mut other) = (0, 0);
+        let mut of_each = [0; Held::ALL.len()];
         for k in which.lanes() {
             let kind = kinds[numbers[k] as usize];
-            lambert |= u32::from(kind == Held::Lambert) << k;
-            other |= u32::from(kind == Held::Other) << k;
+            for (of, held) in of_each.iter_mut().zip(Held::ALL) {
+                *of |= u32::from(kind == held) << k;
+            }
         }
-        [lambert, other]
+        of_each
     }
 
     /// The s-th vertices of the walks of the lanes `which` with these numbers, all of which are of this kind.
     #[inline(always)]
-    pub fn get<L: Lanes>(&self, lanes: L, s: u32, kind: Held, number: L::U, which: L::M) -> LightEnd<L> {
+    pub fn get<L: Lanes>(&self, lanes: L, s: u32, held: Held, number: L::U, which: L::M) -> LightEnd<L> {
         let level = &self.levels[s as usize - 2];
         let number = which.select(number, lanes.splat_u(0));
-        let mut end = of_rows([lanes.records(&level.rows[0], number), lanes.records(&level.rows[1], number)]);
-        if kind == Held::Other {
-            let number = number.all();
-            end.step.vertex.point.bsdf = Bsdfs::new(lanes, which, |k| &level.bsdfs[number[k] as usize]);
-        }
-        end
+        let rows = [lanes.records(&level.rows[0], number), lanes.records(&level.rows[1], number)];
+        let color = Rgb::of(L::V::new(rows[1][0], rows[1][1], rows[1][2]));
+        let bsdf = match held {
+            Held::Nothing | Held::Of(Kind::Diffuse) => Bsdfs::Diffuse(Diffuse { albedo: color }),
+            Held::Of(kind) => Bsdfs::of_kind(kind, of_row::<L>(color, lanes.records(&level.terms, number))),
+            Held::Other => {
+                let number = number.all();
+                Bsdfs::new(lanes, which, |k| &level.bsdfs[number[k] as usize])
+            }
+        };
+        of_rows(rows, bsdf)
     }
+}
+
+/// What is kept of a BSDF but its colour.
+#[inline(always)]
+fn row_of_terms<L: Lanes>(Terms { ior, alpha, fraction, f0, f90, .. }: &Terms<L::V>) -> [L::F; 16] {
+    let [r, g, b] = f0.channels().coordinates();
+    let mut row = [ior.lanes().splat(0.0); 16];
+    [row[0], row[1], row[2], row[3], row[4], row[5], row[6]] = [r, g, b, *ior, *alpha, *fraction, *f90];
+    row
+}
+
+/// The BSDF that is kept so.
+#[inline(always)]
+fn of_row<L: Lanes>(color: Rgb<L::V>, row: [L::F; 16]) -> Terms<L::V> {
+    let f0 = Rgb::of(L::V::new(row[0], row[1], row[2]));
+    Terms { color, ior: row[3], alpha: row[4], fraction: row[5], f0, f90: row[6] }
 }
 
 /// What is kept of a vertex: what a connection to it reads. Where waves go, nothing is between the vertices of a walk:
 /// V is 1.
 #[inline(always)]
-fn rows<L: Lanes>(end: &LightEnd<L>) -> [[L::F; 16]; 2] {
+fn rows<L: Lanes>(end: &LightEnd<L>, color: Rgb<L::V>) -> [[L::F; 16]; 2] {
     let LightEnd { step, tail, is_hittable, next_event_ratio } = end;
     let (p, back) = (&step.vertex.point, &step.back);
     let lanes = p.error.lanes();
@@ -175,9 +212,7 @@ fn rows<L: Lanes>(end: &LightEnd<L>) -> [[L::F; 16]; 2] {
     let [d, e, f] = p.normal.coordinates();
     let [g, h, i] = p.shading_normal.coordinates();
     let [j, k, l] = back.direction.coordinates();
-    let albedo =
-        if let Bsdfs::Diffuse(Diffuse { albedo }) = p.bsdf { albedo.channels() } else { lanes.splat_v([0.0; 3]) };
-    let [r, s, t] = albedo.coordinates();
+    let [r, s, t] = color.channels().coordinates();
     let [u, v, w] = step.beta.channels().coordinates();
     let [x, y] = words(lanes, p);
     let [delta, before] = tail.is_delta;
@@ -194,7 +229,7 @@ fn rows<L: Lanes>(end: &LightEnd<L>) -> [[L::F; 16]; 2] {
 
 /// The vertex that is kept so.
 #[inline(always)]
-fn of_rows<L: Lanes>([p, q]: [[L::F; 16]; 2]) -> LightEnd<L> {
+fn of_rows<L: Lanes>([p, q]: [[L::F; 16]; 2], bsdf: Bsdfs<L>) -> LightEnd<L> {
     let lanes = p[0].lanes();
     let v = |row: &[L::F; 16], i: usize| L::V::new(row[i], row[i + 1], row[i + 2]);
     let (flags, [instance, index]) = (q[8].to_bits(), [q[6].to_bits().all(), q[7].to_bits().all()]);
@@ -203,7 +238,7 @@ fn of_rows<L: Lanes>([p, q]: [[L::F; 16]; 2]) -> LightEnd<L> {
         error: p[12],
         alpha: q[13],
         primitive: lanes.each(|k| PrimitiveId::of_words([instance[k], index[k]])),
-        bsdf: Bsdfs::Diffuse(Diffuse { albedo: Rgb::of(v(&q, 0)) }),
+        bsdf,
         ..Point::without_surface(v(&p, 0), v(&p, 3), Place::Surface)
     };
     let back = Edge {

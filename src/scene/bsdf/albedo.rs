@@ -17,52 +17,70 @@
 mod tests;
 
 use super::{fresnel, microfacet::SMOOTH_ALPHA};
+use crate::lanes::{Float, Lanes, Mask, Select, Unsigned};
 
 /// Where the light of a reflecting interface goes whose facets reflect everything, seen from one direction or averaged
 /// over all. The three add up to 1.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Split {
+pub(super) struct Split<F = f32> {
     /// A: what is reflected at once for each unit of F0.
-    pub normal: f32,
+    pub normal: F,
     /// B: what is reflected at once for each unit of F90.
-    pub grazing: f32,
+    pub grazing: F,
     /// 1 − E₁, E₁ = A + B: what meets another facet.
-    pub missing: f32,
+    pub missing: F,
 }
 
-impl Split {
-    /// Averages 2∫·μ dμ of a smooth interface: the mean of Schlick's (1 − μ)⁵ is 1/21.
-    const SMOOTH_AVERAGE: Self = Self { normal: 20.0 / 21.0, grazing: 1.0 / 21.0, missing: 0.0 };
+/// Averages 2∫·μ dμ of a smooth interface: the mean of Schlick's (1 − μ)⁵ is 1/21.
+const SMOOTH_AVERAGE: [f32; 2] = [20.0 / 21.0, 1.0 / 21.0];
 
-    #[inline]
-    fn new(missing: f32, grazing: f32) -> Self {
-        let grazing = grazing.clamp(0.0, 1.0 - missing);
-        Self { normal: 1.0 - missing - grazing, grazing, missing }
+impl<F: Float> Split<F> {
+    #[inline(always)]
+    fn new(missing: F, grazing: F) -> Self {
+        let (zero, one) = (missing.lanes().splat(0.0), missing.lanes().splat(1.0));
+        let grazing = grazing.max(zero).min(one - missing);
+        Self { normal: one - missing - grazing, grazing, missing }
     }
 
     /// The split from the direction of cosine `cos`; a mirror's for α below the least rough one.
-    #[inline]
-    pub fn towards(cos: f32, alpha: f32) -> Self {
-        if alpha < SMOOTH_ALPHA { Self::new(0.0, fresnel::schlick_power(cos)) } else { TABLES.split(cos, alpha) }
+    #[inline(always)]
+    pub fn towards(cos: F, alpha: F) -> Self {
+        let lanes = alpha.lanes();
+        let rough = !alpha.lt(lanes.splat(SMOOTH_ALPHA));
+        let mirror = Self::new(lanes.splat(0.0), fresnel::schlick_power(cos));
+        if rough.any() { Self::select(rough, TABLES.split(cos, alpha), mirror) } else { mirror }
     }
 
     /// The cosine-weighted mean over all directions.
-    #[inline]
-    pub fn average(alpha: f32) -> Self {
-        if alpha < SMOOTH_ALPHA { Self::SMOOTH_AVERAGE } else { TABLES.average_split(alpha) }
+    #[inline(always)]
+    pub fn average(alpha: F) -> Self {
+        let lanes = alpha.lanes();
+        let rough = !alpha.lt(lanes.splat(SMOOTH_ALPHA));
+        let [normal, grazing] = [lanes.splat(SMOOTH_AVERAGE[0]), lanes.splat(SMOOTH_AVERAGE[1])];
+        let mirror = Self { normal, grazing, missing: lanes.splat(0.0) };
+        if rough.any() { Self::select(rough, TABLES.average_split(alpha), mirror) } else { mirror }
+    }
+
+    #[inline(always)]
+    fn select(which: <F::Lanes as Lanes>::M, yes: Self, no: Self) -> Self {
+        Self {
+            normal: which.select(yes.normal, no.normal),
+            grazing: which.select(yes.grazing, no.grazing),
+            missing: which.select(yes.missing, no.missing),
+        }
     }
 }
 
 /// 1 − E of a rough boundary that reflects and refracts, from the direction of cosine `cos`; `eta` is η across over η
 /// on its side.
-#[inline]
-pub(super) fn boundary_missing(cos: f32, alpha: f32, eta: f32) -> f32 {
+#[inline(always)]
+pub(super) fn boundary_missing<F: Float>(cos: F, alpha: F, eta: F) -> F {
     TABLES.boundary(cos, alpha, eta)
 }
 
 /// The cosine-weighted mean of [`boundary_missing`] over all directions of one side.
-#[inline]
-pub(super) fn boundary_missing_average(alpha: f32, eta: f32) -> f32 {
+#[inline(always)]
+pub(super) fn boundary_missing_average<F: Float>(alpha: F, eta: F) -> F {
     TABLES.average_boundary(alpha, eta)
 }
 
@@ -102,122 +120,175 @@ struct Tables<'a> {
 
 static TABLES: Tables<'static> = Tables { bytes: include_bytes!("albedo/tables.bin") };
 
-/// The table of boundaries from the side on which η is seen across: 0 is the thin side.
-#[inline]
-fn side(eta: f32) -> usize {
-    usize::from(eta < 1.0)
+/// Where the table is that of boundaries from the dense side, the second one.
+#[inline(always)]
+fn is_dense<F: Float>(eta: F) -> <F::Lanes as Lanes>::M {
+    eta.lt(eta.lanes().splat(1.0))
+}
+
+/// Of what either side has, that of the dense one where the condition holds.
+#[inline(always)]
+fn of_side<L: Lanes>(lanes: L, dense: L::M, [a, b]: [usize; 2]) -> L::U {
+    dense.select(lanes.splat_u(b as u32), lanes.splat_u(a as u32))
 }
 
 /// Where functions of a cosine or an index bend: at about α, and not above 0.1.
-#[inline]
-fn knee(alpha: f32) -> f32 {
-    0.1 * alpha / (0.1 + alpha)
+#[inline(always)]
+fn knee<F: Float>(alpha: F) -> F {
+    alpha * 0.1 / (alpha.lanes().splat(0.1) + alpha)
 }
 
 /// Mostly √(μ(1 + k)/(μ + k)), k the knee, where shadowing sets in, which so stays at the same place for all small α.
 /// The rest is even in μ, for the critical angle.
-#[inline]
-fn direction_coordinate(cos: f32, alpha: f32) -> f32 {
-    let k = knee(alpha);
-    0.7 * (cos * (1.0 + k) / (cos + k)).sqrt() + 0.3 * cos
+#[inline(always)]
+fn direction_coordinate<F: Float>(cos: F, alpha: F) -> F {
+    let (k, one) = (knee(alpha), alpha.lanes().splat(1.0));
+    (cos * (one + k) / (cos + k)).sqrt() * 0.7 + cos * 0.3
 }
 
 /// Partly roughness, √α, and partly its root, so that the albedos of smooth interfaces, which go as α², do not grow too
 /// much from row to row; as a fraction of its range.
-#[inline]
-fn roughness_coordinate(roughness: f32) -> f32 {
-    0.4 * (roughness - LEAST_ROUGHNESS) / (1.0 - LEAST_ROUGHNESS)
-        + 0.6 * (roughness.sqrt() - ROOT_OF_LEAST) / (1.0 - ROOT_OF_LEAST)
+#[inline(always)]
+fn roughness_coordinate<F: Float>(roughness: F) -> F {
+    let lanes = roughness.lanes();
+    let (least, range) = (lanes.splat(LEAST_ROUGHNESS), lanes.splat(1.0 - LEAST_ROUGHNESS));
+    let (least_root, range_of_roots) = (lanes.splat(ROOT_OF_LEAST), lanes.splat(1.0 - ROOT_OF_LEAST));
+    (roughness - least) * 0.4 / range + (roughness.sqrt() - least_root) * 0.6 / range_of_roots
 }
 
 /// q, q² = |η − 1|/(η + 1): from 0 to 1 for all η from 1 to 0 or ∞.
-#[inline]
-fn bend(eta: f32) -> f32 {
-    ((eta - 1.0).abs() / (eta + 1.0)).sqrt()
+#[inline(always)]
+fn bend<F: Float>(eta: F) -> F {
+    let one = eta.lanes().splat(1.0);
+    ((eta - one).abs() / (eta + one)).sqrt()
 }
 
 /// Mostly q(1 + k)/(q + k), k the knee: where the boundary bends light by less than its slopes do, the albedo depends
 /// on their ratio. The rest is even in q.
-#[inline]
-fn index_coordinate(q: f32, alpha: f32) -> f32 {
-    let k = knee(alpha);
-    0.7 * q * (1.0 + k) / (q + k) + 0.3 * q
+#[inline(always)]
+fn index_coordinate<F: Float>(q: F, alpha: F) -> F {
+    let (k, one) = (knee(alpha), alpha.lanes().splat(1.0));
+    q * 0.7 * (one + k) / (q + k) + q * 0.3
 }
 
 /// At least 1 − E of any boundary of a row's roughness, so that entries resolve the small ones of nearly smooth
 /// boundaries.
-#[inline]
-fn boundary_range(row: usize) -> f32 {
-    [0.22, 0.36, 0.55, 0.8, 1.0][row.min(4)]
+#[inline(always)]
+fn boundary_range<U: Unsigned>(row: U) -> <U::Lanes as Lanes>::F {
+    let lanes = row.lanes();
+    let mut range = lanes.splat(1.0);
+    for (i, of_row) in [0.22, 0.36, 0.55, 0.8].into_iter().enumerate() {
+        range = row.eq(lanes.splat_u(i as u32)).select(lanes.splat(of_row), range);
+    }
+    range
 }
 
-/// The entry below the fraction `x` of `n` entries, and how far `x` lies towards the next.
-#[inline]
-fn place(x: f32, n: usize) -> (usize, f32) {
-    let x = x.clamp(0.0, 1.0) * (n - 1) as f32;
-    let i = (x as usize).min(n - 2);
-    (i, x - i as f32)
+/// The number of the entry below the fraction `x` of `n` entries, and how far `x` lies towards the next.
+#[inline(always)]
+fn place<F: Float>(x: F, n: <F::Lanes as Lanes>::U) -> (<F::Lanes as Lanes>::U, F) {
+    let (zero, one) = (x.lanes().splat(0.0), x.lanes().splat(1.0));
+    let last = n.to_f32() - one;
+    let x = x.max(zero).min(one) * last;
+    let i = whole(x.min(last - one));
+    (i, x - i.to_f32())
+}
+
+/// The whole part of numbers below 2²².
+#[inline(always)]
+fn whole<F: Float>(x: F) -> <F::Lanes as Lanes>::U {
+    let lanes = x.lanes();
+    // What is added leaves no digits behind the point: this is the nearest one.
+    let nearest = (x + lanes.splat(8_388_608.0)).to_bits() & lanes.splat_u(0x3f_ffff);
+    let below = nearest.wrapping_add(lanes.splat_u(u32::MAX));
+    x.lt(nearest.to_f32()).select(below, nearest)
+}
+
+/// n/65535, rounded once: n/2¹⁶ has no rounding, and what it lacks is far below the last digit.
+#[inline(always)]
+fn fraction<U: Unsigned>(n: U) -> <U::Lanes as Lanes>::F {
+    const LACKS: f32 = 1.0 / (65_536.0 * 65_535.0);
+    let n = n.to_f32();
+    n * (1.0 / 65_536.0) + n * LACKS
+}
+
+/// `rows` · `row` + `first`.
+#[inline(always)]
+fn offset<U: Unsigned>(rows: U, row: U, first: U) -> U {
+    rows.wrapping_mul(row).wrapping_add(first)
 }
 
 impl Tables<'_> {
-    #[inline]
-    fn entry(&self, i: usize) -> f32 {
-        f32::from(u16::from_le_bytes([self.bytes[2 * i], self.bytes[2 * i + 1]])) / 65535.0
+    /// Two entries side by side.
+    #[inline(always)]
+    fn pair(&self, i: u32) -> u32 {
+        let pair = &self.bytes[2 * i as usize..2 * i as usize + 4];
+        u32::from_le_bytes([pair[0], pair[1], pair[2], pair[3]])
     }
 
-    #[inline]
-    fn linear(&self, i: usize, u: f32) -> f32 {
-        let (a, b) = (self.entry(i), self.entry(i + 1));
+    #[inline(always)]
+    fn linear<F: Float>(&self, i: <F::Lanes as Lanes>::U, u: F) -> F {
+        let (lanes, i) = (u.lanes(), i.all());
+        let pairs = lanes.whole_numbers(|k| self.pair(i[k]));
+        let (a, b) = (fraction(pairs & lanes.splat_u(0xffff)), fraction(pairs >> 16));
         a + (b - a) * u
     }
 
-    #[inline]
-    fn bilinear(&self, i: usize, row: usize, u: f32, v: f32) -> f32 {
-        let (a, b) = (self.linear(i, u), self.linear(i + row, u));
+    #[inline(always)]
+    fn bilinear<F: Float>(&self, i: <F::Lanes as Lanes>::U, row: <F::Lanes as Lanes>::U, [u, v]: [F; 2]) -> F {
+        let (a, b) = (self.linear(i, u), self.linear(i.wrapping_add(row), u));
         a + (b - a) * v
     }
 
-    #[inline(never)]
-    fn split(&self, cos: f32, alpha: f32) -> Split {
-        let roughness = alpha.sqrt();
-        let (i, u) = place(direction_coordinate(cos, alpha), SPLIT[0]);
-        let (j, v) = place(roughness_coordinate(roughness), SPLIT[1]);
-        let at = j * SPLIT[0] + i;
-        let root = self.bilinear(at, SPLIT[0], u, v);
-        let missing = root * root;
-        let deviation = (2.0 * self.bilinear(DEVIATION + at, SPLIT[0], u, v) - 1.0) * DEVIATION_RANGE * roughness;
-        Split::new(missing, (1.0 - missing) * (fresnel::schlick_power(cos) + deviation))
+    #[inline(always)]
+    fn split<F: Float>(&self, cos: F, alpha: F) -> Split<F> {
+        let (lanes, roughness) = (alpha.lanes(), alpha.sqrt());
+        let [nx, ny] = [lanes.splat_u(SPLIT[0] as u32), lanes.splat_u(SPLIT[1] as u32)];
+        let (i, u) = place(direction_coordinate(cos, alpha), nx);
+        let (j, v) = place(roughness_coordinate(roughness), ny);
+        let at = offset(j, nx, i);
+        let root = self.bilinear(at, nx, [u, v]);
+        let (missing, one) = (root * root, lanes.splat(1.0));
+        let deviation = self.bilinear(at.wrapping_add(lanes.splat_u(DEVIATION as u32)), nx, [u, v]);
+        let deviation = (deviation * 2.0 - one) * DEVIATION_RANGE * roughness;
+        Split::new(missing, (one - missing) * (fresnel::schlick_power(cos) + deviation))
     }
 
-    #[inline(never)]
-    fn average_split(&self, alpha: f32) -> Split {
-        let roughness = alpha.sqrt();
-        let (j, v) = place(roughness_coordinate(roughness), SPLIT_AVERAGES);
-        let root = self.linear(AVERAGES + j, v) * roughness;
-        Split::new(root * root, self.linear(GRAZING_AVERAGES + j, v))
+    #[inline(always)]
+    fn average_split<F: Float>(&self, alpha: F) -> Split<F> {
+        let (lanes, roughness) = (alpha.lanes(), alpha.sqrt());
+        let (j, v) = place(roughness_coordinate(roughness), lanes.splat_u(SPLIT_AVERAGES as u32));
+        let root = self.linear(j.wrapping_add(lanes.splat_u(AVERAGES as u32)), v) * roughness;
+        Split::new(root * root, self.linear(j.wrapping_add(lanes.splat_u(GRAZING_AVERAGES as u32)), v))
     }
 
-    #[inline(never)]
-    fn boundary(&self, cos: f32, alpha: f32, eta: f32) -> f32 {
-        let side = side(eta);
-        let [nx, ny, nz] = BOUNDARY[side];
+    #[inline(always)]
+    fn boundary<F: Float>(&self, cos: F, alpha: F, eta: F) -> F {
+        let (lanes, dense) = (alpha.lanes(), is_dense(eta));
+        let [nx, ny, nz] = [
+            of_side(lanes, dense, [BOUNDARY[0][0], BOUNDARY[1][0]]),
+            of_side(lanes, dense, [BOUNDARY[0][1], BOUNDARY[1][1]]),
+            of_side(lanes, dense, [BOUNDARY[0][2], BOUNDARY[1][2]]),
+        ];
         let (i, u) = place(direction_coordinate(cos, alpha), nx);
         let (j, v) = place(roughness_coordinate(alpha.sqrt()), ny);
         let (k, w) = place(index_coordinate(bend(eta), alpha), nz);
-        let at = BOUNDARIES[side] + (k * ny + j) * nx + i;
-        let row = |next: usize| self.bilinear(at + next * nx, nx * ny, u, w) * boundary_range(j + next);
-        let (a, b) = (row(0), row(1));
+        let at = offset(offset(k, ny, j), nx, i).wrapping_add(of_side(lanes, dense, BOUNDARIES));
+        let (layer, next) = (nx.wrapping_mul(ny), j.wrapping_add(lanes.splat_u(1)));
+        let a = self.bilinear(at, layer, [u, w]) * boundary_range(j);
+        let b = self.bilinear(at.wrapping_add(nx), layer, [u, w]) * boundary_range(next);
         a + (b - a) * v
     }
 
-    #[inline(never)]
-    fn average_boundary(&self, alpha: f32, eta: f32) -> f32 {
-        let side = side(eta);
-        let [nx, ny] = BOUNDARY_AVERAGES[side];
+    #[inline(always)]
+    fn average_boundary<F: Float>(&self, alpha: F, eta: F) -> F {
+        let (lanes, dense) = (alpha.lanes(), is_dense(eta));
+        let nx = of_side(lanes, dense, [BOUNDARY_AVERAGES[0][0], BOUNDARY_AVERAGES[1][0]]);
+        let ny = of_side(lanes, dense, [BOUNDARY_AVERAGES[0][1], BOUNDARY_AVERAGES[1][1]]);
         let (j, v) = place(roughness_coordinate(alpha.sqrt()), nx);
         let (k, w) = place(index_coordinate(bend(eta), alpha), ny);
-        let column = |k: usize| self.linear(AVERAGE_BOUNDARIES[side] + k * nx + j, v).powi(2) * alpha;
-        let (a, b) = (column(k), column(k + 1));
+        let at = offset(k, nx, j).wrapping_add(of_side(lanes, dense, AVERAGE_BOUNDARIES));
+        let (a, b) = (self.linear(at, v), self.linear(at.wrapping_add(nx), v));
+        let (a, b) = (a * a * alpha, b * b * alpha);
         a + (b - a) * w
     }
 }

@@ -1,8 +1,10 @@
 //! BSDFs in several lanes.
 
+use glam::Vec3;
+
 use super::{Bsdf, Dielectric, Diffuse, Glass, MetallicRoughness, Mirror, Pane, Scatter, ThinDielectric, Transport};
 use crate::{
-    lanes::{Float, Lanes, Mask, Vector},
+    lanes::{Float, Lanes, MOST, Mask, Vector},
     math::Rgb,
 };
 
@@ -17,11 +19,25 @@ pub enum Kind {
     Pane,
     /// [`Mirror`].
     Mirror,
+    /// [`MetallicRoughness`] that is no mirror alone.
+    MetallicRoughness,
 }
 
 impl Kind {
     /// All of them.
-    pub const ALL: [Self; 4] = [Self::Diffuse, Self::Glass, Self::Pane, Self::Mirror];
+    pub const ALL: [Self; 5] = [Self::Diffuse, Self::Glass, Self::Pane, Self::Mirror, Self::MetallicRoughness];
+
+    /// That of a BSDF, if it is of any.
+    #[inline(always)]
+    pub fn of(bsdf: &Bsdf) -> Option<Self> {
+        match bsdf {
+            Bsdf::Diffuse(_) => Some(Self::Diffuse),
+            Bsdf::Dielectric(dielectric) => dielectric.glass().map(|_| Self::Glass),
+            Bsdf::MetallicRoughness(metallic) if metallic.mirror().is_some() => Some(Self::Mirror),
+            Bsdf::MetallicRoughness(_) => Some(Self::MetallicRoughness),
+            Bsdf::Thin(thin) => thin.pane().map(|_| Self::Pane),
+        }
+    }
 
     /// Whether light may pass such surfaces.
     #[inline(always)]
@@ -30,48 +46,69 @@ impl Kind {
     }
 }
 
-/// A BSDF of one of these kinds.
+/// The numbers of a BSDF, whatever its kind: those that it does not have are anything. In several lanes those of one in
+/// each.
 #[derive(Clone, Copy, Debug)]
-pub struct InLanes {
-    /// Which.
-    pub kind: Kind,
-    /// The albedo, the tint, or the reflectance at normal incidence.
-    pub color: Rgb,
-    /// The index of refraction inside; 1 where there is none.
-    pub ior: f32,
+pub struct Terms<V: Vector = Vec3> {
+    /// The albedo, the tint, the base colour, or the reflectance at normal incidence.
+    pub color: Rgb<V>,
+    /// The index of refraction inside.
+    pub ior: V::F,
+    /// GGX's α.
+    pub alpha: V::F,
+    /// The fraction of metal.
+    pub fraction: V::F,
+    /// The interface's reflectance at normal incidence.
+    pub f0: Rgb<V>,
+    /// And at grazing incidence.
+    pub f90: V::F,
 }
 
-impl InLanes {
-    /// What one kind of them says of this one, if it is of any.
+impl<V: Vector> Terms<V> {
+    /// Those of what has but a colour.
     #[inline(always)]
-    pub fn of(bsdf: &Bsdf) -> Option<Self> {
-        let (kind, color, ior) = match bsdf {
-            Bsdf::Diffuse(Diffuse { albedo }) => (Kind::Diffuse, *albedo, 1.0),
-            Bsdf::Dielectric(dielectric) => {
-                let Glass { color, ior } = dielectric.glass()?;
-                (Kind::Glass, color, ior)
-            }
-            Bsdf::MetallicRoughness(metallic) => (Kind::Mirror, metallic.mirror()?.color, 1.0),
-            Bsdf::Thin(thin) => {
-                let Pane { color, ior } = thin.pane()?;
-                (Kind::Pane, color, ior)
-            }
-        };
-        Some(Self { kind, color, ior })
+    pub fn of_color(color: Rgb<V>) -> Self {
+        let lanes = color.max_element().lanes();
+        let (zero, one) = (lanes.splat(0.0), lanes.splat(1.0));
+        Self { color, ior: one, alpha: zero, fraction: zero, f0: Rgb::grey(zero), f90: zero }
     }
 
-    /// What reflects nothing.
-    pub const BLACK: Self = Self { kind: Kind::Diffuse, color: Rgb::ZERO, ior: 1.0 };
+    #[inline(always)]
+    fn of_metallic(from: &MetallicRoughness<V>) -> Self {
+        let MetallicRoughness { base_color: color, metallic: fraction, alpha, dielectric_f0, dielectric_f90 } = *from;
+        Self { alpha, fraction, f0: dielectric_f0, f90: dielectric_f90, ..Self::of_color(color) }
+    }
+
+    #[inline(always)]
+    fn metallic(self) -> MetallicRoughness<V> {
+        let Self { color, alpha, fraction, f0, f90, .. } = self;
+        MetallicRoughness { base_color: color, metallic: fraction, alpha, dielectric_f0: f0, dielectric_f90: f90 }
+    }
 }
 
-impl From<InLanes> for Bsdf {
+impl Terms {
+    /// Those of a BSDF that has a [`Kind`].
     #[inline(always)]
-    fn from(InLanes { kind, color, ior }: InLanes) -> Self {
+    pub fn of(bsdf: &Bsdf) -> Self {
+        match bsdf {
+            Bsdf::Diffuse(Diffuse { albedo }) => Self::of_color(*albedo),
+            Bsdf::MetallicRoughness(metallic) => Self::of_metallic(metallic),
+            Bsdf::Dielectric(Dielectric { color, ior, .. }) | Bsdf::Thin(ThinDielectric { color, ior, .. }) => {
+                Self { ior: *ior, ..Self::of_color(*color) }
+            }
+        }
+    }
+
+    /// The BSDF of this kind.
+    #[inline(always)]
+    fn bsdf(self, kind: Kind) -> Bsdf {
+        let Self { color, ior, .. } = self;
         match kind {
-            Kind::Diffuse => Self::Diffuse(Diffuse { albedo: color }),
-            Kind::Glass => Self::Dielectric(Dielectric { color, ior, alpha: 0.0, transmission: 1.0 }),
-            Kind::Pane => Self::Thin(ThinDielectric { color, ior, alpha: 0.0, transmission: 1.0 }),
-            Kind::Mirror => Self::MetallicRoughness(MetallicRoughness::metal(color, 0.0)),
+            Kind::Diffuse => Bsdf::Diffuse(Diffuse { albedo: color }),
+            Kind::Glass => Bsdf::Dielectric(Dielectric { color, ior, alpha: 0.0, transmission: 1.0 }),
+            Kind::Pane => Bsdf::Thin(ThinDielectric { color, ior, alpha: 0.0, transmission: 1.0 }),
+            Kind::Mirror => Bsdf::MetallicRoughness(MetallicRoughness::metal(color, 0.0)),
+            Kind::MetallicRoughness => Bsdf::MetallicRoughness(self.metallic()),
         }
     }
 }
@@ -88,6 +125,8 @@ pub enum Bsdfs<L: Lanes> {
     Pane(Pane<L::V>),
     /// A perfect mirror in all lanes.
     Mirror(Mirror<L::V>),
+    /// An opaque dielectric or metal in all lanes.
+    MetallicRoughness(MetallicRoughness<L::V>),
     /// Of any kind, in some lanes.
     Each(L::Each<Bsdf>, L::M),
 }
@@ -96,24 +135,64 @@ impl<L: Lanes> Bsdfs<L> {
     /// Those that `bsdf` has for the lanes `which`; anything in the others.
     #[inline(always)]
     pub fn new<'a>(lanes: L, which: L::M, bsdf: impl Fn(usize) -> &'a Bsdf) -> Self {
-        let first = which.lanes().next().and_then(|k| InLanes::of(bsdf(k)));
-        let kind = first.unwrap_or(InLanes::BLACK).kind;
-        let same = |k: usize| InLanes::of(bsdf(k)).filter(|of| of.kind == kind);
-        if !which.lanes().all(|k| same(k).is_some()) {
-            return Self::Each(lanes.each(|k| *bsdf(k)), which);
+        let kind = which.lanes().next().map_or(Some(Kind::Diffuse), |k| Kind::of(bsdf(k)));
+        let mut of_kind = true;
+        for k in which.lanes() {
+            of_kind &= Kind::of(bsdf(k)) == kind;
         }
-        let one = |k: usize| same(k).unwrap_or(InLanes::BLACK);
-        Self::of_kind(kind, Rgb::of(lanes.vectors(|k| one(k).color.to_array())), lanes.numbers(|k| one(k).ior))
+        match kind {
+            Some(kind) if of_kind => Self::of_kind(kind, Self::terms(lanes, which, bsdf)),
+            _ => Self::Each(lanes.each(|k| *bsdf(k)), which),
+        }
+    }
+
+    #[inline(always)]
+    fn terms<'a>(lanes: L, which: L::M, bsdf: impl Fn(usize) -> &'a Bsdf) -> Terms<L::V> {
+        let mut colors = [[0.0; MOST]; 6];
+        let mut numbers = [[1.0; MOST], [0.0; MOST], [0.0; MOST], [0.0; MOST]];
+        for k in which.lanes() {
+            let Terms { color, ior, alpha, fraction, f0, f90 } = Terms::of(bsdf(k));
+            let ([r, g, b], [u, v, w]) = (color.to_array(), f0.to_array());
+            [colors[0][k], colors[1][k], colors[2][k], colors[3][k], colors[4][k], colors[5][k]] = [r, g, b, u, v, w];
+            [numbers[0][k], numbers[1][k], numbers[2][k], numbers[3][k]] = [ior, alpha, fraction, f90];
+        }
+        let color = |i: usize| {
+            Rgb::of(L::V::new(lanes.load(&colors[i]), lanes.load(&colors[i + 1]), lanes.load(&colors[i + 2])))
+        };
+        Terms {
+            color: color(0),
+            ior: lanes.load(&numbers[0]),
+            alpha: lanes.load(&numbers[1]),
+            fraction: lanes.load(&numbers[2]),
+            f0: color(3),
+            f90: lanes.load(&numbers[3]),
+        }
     }
 
     /// Those of one kind.
     #[inline(always)]
-    pub fn of_kind(kind: Kind, color: Rgb<L::V>, ior: L::F) -> Self {
+    pub fn of_kind(kind: Kind, terms: Terms<L::V>) -> Self {
+        let Terms { color, ior, .. } = terms;
         match kind {
             Kind::Diffuse => Self::Diffuse(Diffuse { albedo: color }),
             Kind::Glass => Self::Glass(Glass { color, ior }),
             Kind::Pane => Self::Pane(Pane { color, ior }),
             Kind::Mirror => Self::Mirror(Mirror { color }),
+            Kind::MetallicRoughness => Self::MetallicRoughness(terms.metallic()),
+        }
+    }
+
+    /// Their kind, if all are of one, and their numbers.
+    #[inline(always)]
+    pub fn kind_and_terms(&self, lanes: L) -> (Option<Kind>, Terms<L::V>) {
+        let of_color = |color| Terms::of_color(color);
+        match self {
+            Self::Diffuse(Diffuse { albedo }) => (Some(Kind::Diffuse), of_color(*albedo)),
+            Self::Glass(Glass { color, ior }) => (Some(Kind::Glass), Terms { ior: *ior, ..of_color(*color) }),
+            Self::Pane(Pane { color, ior }) => (Some(Kind::Pane), Terms { ior: *ior, ..of_color(*color) }),
+            Self::Mirror(Mirror { color }) => (Some(Kind::Mirror), of_color(*color)),
+            Self::MetallicRoughness(metallic) => (Some(Kind::MetallicRoughness), Terms::of_metallic(metallic)),
+            Self::Each(..) => (None, of_color(Rgb::grey(lanes.splat(0.0)))),
         }
     }
 
@@ -128,25 +207,23 @@ impl<L: Lanes> Bsdfs<L> {
                 let (direction, scatter) = mirror.sample(known, transport);
                 Some((direction, u.lanes().mask(0), scatter))
             }
-            Self::Diffuse(_) | Self::Each(..) => None,
+            Self::Diffuse(_) | Self::MetallicRoughness(_) | Self::Each(..) => None,
         }
     }
 
     /// Those of all lanes, by their number.
     #[inline(always)]
     pub fn all(&self, lanes: L) -> impl Fn(usize) -> Bsdf {
-        let (black, one) = (Rgb::of(lanes.splat_v([0.0; 3])), lanes.splat(1.0));
-        let (kind, color, ior) = match self {
-            Self::Diffuse(Diffuse { albedo }) => (Kind::Diffuse, *albedo, one),
-            Self::Glass(Glass { color, ior }) => (Kind::Glass, *color, *ior),
-            Self::Pane(Pane { color, ior }) => (Kind::Pane, *color, *ior),
-            Self::Mirror(Mirror { color }) => (Kind::Mirror, *color, one),
-            Self::Each(..) => (Kind::Diffuse, black, one),
-        };
-        let (color, ior) = (color.channels().all(), ior.all());
-        move |k| match self {
-            Self::Each(bsdfs, _) => L::lane(bsdfs, k),
-            _ => InLanes { kind, color: Rgb::from_array(color[k]), ior: ior[k] }.into(),
+        let (kind, Terms { color, ior, alpha, fraction, f0, f90 }) = self.kind_and_terms(lanes);
+        let (color, f0) = (color.channels().all(), f0.channels().all());
+        let (ior, alpha, fraction, f90) = (ior.all(), alpha.all(), fraction.all(), f90.all());
+        move |k| match (self, kind) {
+            (Self::Each(bsdfs, _), _) => L::lane(bsdfs, k),
+            (_, kind) => {
+                let [color, f0] = [color[k], f0[k]].map(Rgb::from_array);
+                Terms { color, ior: ior[k], alpha: alpha[k], fraction: fraction[k], f0, f90: f90[k] }
+                    .bsdf(kind.unwrap_or(Kind::Diffuse))
+            }
         }
     }
 
@@ -165,6 +242,7 @@ impl<L: Lanes> Bsdfs<L> {
         match self {
             Self::Diffuse(Diffuse { albedo }) => !albedo.is_black(),
             Self::Glass(_) | Self::Pane(_) | Self::Mirror(_) => lanes.mask(0),
+            Self::MetallicRoughness(metallic) => metallic.has_continuous(),
             Self::Each(bsdfs, which) => *which & lanes.condition(|k| L::lane(bsdfs, k).has_continuous()),
         }
     }

@@ -4,7 +4,7 @@ use glam::Vec3;
 
 use super::{
     BsdfSample, GRAZING, Glass, Lobe, Scatter, ScatterEvent, Transport, albedo, fresnel,
-    layer::{Coat, Ways, product_lobe},
+    layer::{Coat, Grazing, Ways, product_lobe},
     microfacet::{Ggx, SMOOTH_ALPHA},
     mirrored,
     transmitting::{Clear, End, Transmitting},
@@ -149,7 +149,7 @@ impl Dielectric {
         }
         let (p_camera, p_light) = (camera.ways.facet_probability(), light.ways.facet_probability());
         let clear = between.map_or(0.0, |between| self.multiple(&camera, &light, &between));
-        let ggx = Ggx { alpha: self.alpha };
+        let ggx = Ggx::<Vec3> { alpha: self.alpha };
         let specular = if to_camera.z * to_light.z > 0.0 {
             let facet = ggx.reflect(to_camera, to_light);
             let f = fresnel::dielectric(facet.cos_camera, self.eta_across(to_camera));
@@ -215,13 +215,13 @@ impl Dielectric {
         let ways = self.ways(surface, known, self.fresnel(known));
         let p = ways.facet_probability();
         let (direction, lobe) = if u.z >= p {
-            (ways.sample(known, surface.alpha, u), Lobe::Continuous)
+            (ways.sample(known, Grazing::new(surface.alpha), u.into(), true), Lobe::Continuous)
         } else {
             let smooth = self.is_smooth();
             let h = if smooth {
                 Vec3::Z.copysign(Vec3::splat(known.z))
             } else {
-                Ggx { alpha: self.alpha }.sample_visible(known, u.truncate())
+                Ggx::<Vec3> { alpha: self.alpha }.sample_visible(known, [u.x, u.y], true)
             };
             let (cos, eta) = (known.dot(h), self.eta_across(known));
             let cos_t = fresnel::refracted_cos(cos, eta);

@@ -2,8 +2,6 @@
 //!
 //! Everywhere `eta` is η_transmitted/η_incident and a cosine is |cos| of an angle against the (micro)surface normal.
 
-use glam::Vec3;
-
 use crate::{
     lanes::{Float, Lanes, Select, Vector},
     math::Rgb,
@@ -19,8 +17,8 @@ pub(super) fn refracted_cos<F: Float>(cos: F, eta: F) -> F {
 }
 
 /// The unit direction into which `w` refracts at the normal `n` on its side, given both cosines (`refracted_cos`).
-#[inline]
-pub(super) fn refract(w: Vec3, n: Vec3, cos: f32, cos_t: f32, eta: f32) -> Vec3 {
+#[inline(always)]
+pub(super) fn refract<V: Vector>(w: V, n: V, cos: V::F, cos_t: V::F, eta: V::F) -> V {
     (n * (cos / eta - cos_t) - w / eta).normalize()
 }
 
@@ -32,9 +30,9 @@ pub(super) fn refracted<V: Vector>(w: V, cos_t: V::F, eta: V::F) -> V {
 }
 
 /// `w` mirrored at the unit normal `n`.
-#[inline]
-pub(super) fn reflect(w: Vec3, n: Vec3, cos: f32) -> Vec3 {
-    (n * (2.0 * cos) - w).normalize()
+#[inline(always)]
+pub(super) fn reflect<V: Vector>(w: V, n: V, cos: V::F) -> V {
+    (n * (cos * 2.0) - w).normalize()
 }
 
 /// Unpolarised reflectance of a dielectric boundary from the cosines of *both* angles, which Snell's law ties together.
@@ -57,10 +55,13 @@ pub(super) fn dielectric<F: Float>(cos: F, eta: F) -> F {
 
 /// [`dielectric`] averaged over the cosine-weighted hemisphere, to 0.006 for η from 1/4 to 4: from the thin side the
 /// fit of Kulla & Conty 2017, and from the dense side by the symmetry of η² (1 − F_avg).
-#[inline]
-pub(super) fn mean_dielectric(eta: f32) -> f32 {
-    let fit = |eta: f32| (eta - 1.0) / (4.08567 + 1.00071 * eta);
-    if eta >= 1.0 { fit(eta) } else { 1.0 - (1.0 - fit(1.0 / eta)) * eta * eta }
+#[inline(always)]
+pub(super) fn mean_dielectric<F: Float>(eta: F) -> F {
+    let one = eta.lanes().splat(1.0);
+    let from_thin = !eta.lt(one);
+    let thin = from_thin.select(eta, one / eta);
+    let fit = (thin - one) / (eta.lanes().splat(4.08567) + thin * 1.00071);
+    from_thin.select(fit, one - (one - fit) * eta * eta)
 }
 
 /// (1 − cos)⁵: how far Schlick's approximation has gone from F(0°) to F(90°).
@@ -80,6 +81,8 @@ pub(super) fn schlick<V: Vector>(f0: Rgb<V>, f90: Rgb<V>, power: V::F) -> Rgb<V>
 
 #[cfg(test)]
 mod tests {
+    use glam::Vec3;
+
     use super::*;
 
     #[test]

@@ -6,10 +6,14 @@
 
 use std::f32::consts::{FRAC_1_PI, TAU};
 
-use glam::{Vec2, Vec3};
+use glam::Vec3;
 
-use super::{GRAZING, Scatter};
-use crate::{math::Rgb, sampling::PdfSolidAngle};
+use super::{Scatter, functions, is_grazing};
+use crate::{
+    lanes::{Float, Lanes, Select, Vector},
+    math::Rgb,
+    sampling::PdfSolidAngle,
+};
 
 /// Below this α a lobe counts as a delta.
 ///
@@ -19,123 +23,145 @@ pub(super) const SMOOTH_ALPHA: f32 = 1e-3;
 
 /// An isotropic GGX microsurface; `alpha` is the slope's scale, glTF roughness squared, at least [`SMOOTH_ALPHA`].
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Ggx {
-    pub alpha: f32,
+pub(super) struct Ggx<V: Vector = Vec3> {
+    pub alpha: V::F,
 }
 
 /// One microfacet that carries light between two directions, before Fresnel's factor and the choice of a lobe.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Facet {
-    /// |cos| of the camera direction against the facet.
-    pub cos_camera: f32,
+pub(super) struct Facet<F = f32> {
+    /// |cos| of the camera direction against the facet; 1 where no facet carries light.
+    pub cos_camera: F,
     /// |cos| of the light direction against the facet; the same for a reflection.
-    pub cos_light: f32,
+    pub cos_light: F,
     /// f of a perfect facet, 1/sr, in the radiance convention.
-    value: f32,
+    value: F,
     /// The density of the light direction if the facet is drawn from those visible from the camera, 1/sr.
-    to_light: f32,
+    to_light: F,
     /// The density of the camera direction if the facet is drawn from those visible from the light, 1/sr.
-    to_camera: f32,
+    to_camera: F,
 }
 
-impl Facet {
-    /// No facet carries light between the directions.
-    const NONE: Self = Self { cos_camera: 1.0, cos_light: 1.0, value: 0.0, to_light: 0.0, to_camera: 0.0 };
+impl<F: Float> Facet<F> {
+    /// The same where the condition holds; elsewhere no facet carries light.
+    #[inline(always)]
+    fn only(self, which: <F::Lanes as Lanes>::M) -> Self {
+        let (zero, one) = (self.value.lanes().splat(0.0), self.value.lanes().splat(1.0));
+        Self {
+            cos_camera: which.select(self.cos_camera, one),
+            cos_light: which.select(self.cos_light, one),
+            value: which.select(self.value, zero),
+            to_light: which.select(self.to_light, zero),
+            to_camera: which.select(self.to_camera, zero),
+        }
+    }
 
     /// The lobe of facets that pass the fraction `color`, chosen with the given probability from either end.
-    #[inline]
-    pub fn scatter(&self, color: Rgb, p_camera: f32, p_light: f32) -> Scatter {
+    #[inline(always)]
+    pub fn scatter(&self, color: Rgb<<F::Lanes as Lanes>::V>, p_camera: F, p_light: F) -> Scatter<F::Lanes> {
         Scatter {
-            f: color * self.value,
+            f: color.times(self.value),
             to_light: PdfSolidAngle(p_camera * self.to_light),
             to_camera: PdfSolidAngle(p_light * self.to_camera),
         }
     }
 }
 
-impl Ggx {
+impl<V: Vector> Ggx<V> {
     /// The density of facet normals per solid angle and projected area, 1/sr (Walter et al. 2007, eq. 33).
     ///
     /// From sin²θ directly: 1 − cos²θ would cost half the digits where a narrow lobe has all its energy.
-    #[inline]
-    fn d(self, h: Vec3) -> f32 {
-        let a2 = self.alpha * self.alpha;
-        let s = h.x * h.x + h.y * h.y + a2 * h.z * h.z;
+    #[inline(always)]
+    fn d(self, h: V) -> V::F {
+        let ([x, y, z], a2) = (h.coordinates(), self.alpha * self.alpha);
+        let s = x * x + y * y + a2 * z * z;
         a2 * FRAC_1_PI / (s * s)
     }
 
     /// S(ω) = √(cos²θ + α² sin²θ); see the module.
-    #[inline]
-    fn stretched(self, w: Vec3) -> f32 {
-        (w.z * w.z + self.alpha * self.alpha * (w.x * w.x + w.y * w.y)).sqrt()
+    #[inline(always)]
+    fn stretched(self, w: V) -> V::F {
+        let [x, y, z] = w.coordinates();
+        (z * z + self.alpha * self.alpha * (x * x + y * y)).sqrt()
     }
 
     /// G1(camera)/cos, G1(light)/cos and the height-correlated G2/(cos cos) (Heitz 2014, eqs. 43, 72 and 99).
-    #[inline]
-    fn shadowing(self, to_camera: Vec3, to_light: Vec3) -> (f32, f32, f32) {
-        let (c, l) = (to_camera.z.abs(), to_light.z.abs());
+    #[inline(always)]
+    fn shadowing(self, to_camera: V, to_light: V) -> (V::F, V::F, V::F) {
+        let ([_, _, c], [_, _, l]) = (to_camera.coordinates(), to_light.coordinates());
+        let (c, l, two) = (c.abs(), l.abs(), self.alpha.lanes().splat(2.0));
         let (sc, sl) = (self.stretched(to_camera), self.stretched(to_light));
-        (2.0 / (c + sc), 2.0 / (l + sl), 2.0 / (c * sl + l * sc))
+        (two / (c + sc), two / (l + sl), two / (c * sl + l * sc))
     }
 
     /// The facet that mirrors one direction into the other; both lie on the same side (Walter et al. 2007, eq. 20).
-    #[inline]
-    pub fn reflect(self, to_camera: Vec3, to_light: Vec3) -> Facet {
-        if to_camera.z.abs() < GRAZING || to_light.z.abs() < GRAZING {
-            return Facet::NONE;
-        }
+    #[inline(always)]
+    pub fn reflect(self, to_camera: V, to_light: V) -> Facet<V::F> {
         // From the length of the sum, the cosine is the same from both ends to the last bit: F is steep where it is
         // small.
         let sum = to_camera + to_light;
-        let length = sum.length();
-        let (h, cos) = (sum / length, (0.5 * length).min(1.0));
+        let length = sum.dot(sum).sqrt();
+        let (h, cos) = (sum / length, (length * 0.5).min(self.alpha.lanes().splat(1.0)));
         let (g_camera, g_light, g) = self.shadowing(to_camera, to_light);
         // The visible normals have density G1 cos_h D/cos, and dω_h/dω = 1/(4 cos_h).
-        let d = 0.25 * self.d(h);
-        Facet { cos_camera: cos, cos_light: cos, value: d * g, to_light: d * g_camera, to_camera: d * g_light }
+        let d = self.d(h) * 0.25;
+        let facet =
+            Facet { cos_camera: cos, cos_light: cos, value: d * g, to_light: d * g_camera, to_camera: d * g_light };
+        facet.only(!are_grazing(to_camera, to_light))
     }
 
     /// The facet that refracts one direction into the other, across indices `eta_camera` and `eta_light`
     /// (Walter et al. 2007, eq. 21; his incident direction i is the one to the light).
-    #[inline]
-    pub fn refract(self, to_camera: Vec3, to_light: Vec3, eta_camera: f32, eta_light: f32) -> Facet {
-        if to_camera.z.abs() < GRAZING || to_light.z.abs() < GRAZING {
-            return Facet::NONE;
-        }
+    #[inline(always)]
+    pub fn refract(self, to_camera: V, to_light: V, eta_camera: V::F, eta_light: V::F) -> Facet<V::F> {
+        let (zero, one) = (self.alpha.lanes().splat(0.0), self.alpha.lanes().splat(1.0));
         let sum = to_camera * eta_camera + to_light * eta_light;
-        let h = sum.normalize_or_zero() * 1.0_f32.copysign(sum.z);
+        let (square, [_, _, z]) = (sum.dot(sum), sum.coordinates());
+        let reciprocal = one / square.sqrt();
+        let some = zero.lt(reciprocal) & reciprocal.lt(self.alpha.lanes().splat(f32::INFINITY));
+        let h = sum * reciprocal * one.copysign(z);
         let (camera, light) = (to_camera.dot(h), to_light.dot(h));
+        let ([_, _, z_camera], [_, _, z_light]) = (to_camera.coordinates(), to_light.coordinates());
         // Each direction must see the facet on the side on which it sees the surface.
-        if camera * to_camera.z <= 0.0 || light * to_light.z <= 0.0 {
-            return Facet::NONE;
-        }
+        let sees = !((camera * z_camera).le(zero) | (light * z_light).le(zero));
         let (cos_camera, cos_light) = (camera.abs(), light.abs());
         let (g_camera, g_light, g) = self.shadowing(to_camera, to_light);
         // dω_h/dω_light = η_light² cos_light/|η_camera ω_camera + η_light ω_light|², and so from the camera side.
-        let d = self.d(h) * cos_camera * cos_light / sum.length_squared();
+        let d = self.d(h) * cos_camera * cos_light / square;
         let (from_light, from_camera) = (d * eta_light * eta_light, d * eta_camera * eta_camera);
-        Facet {
+        let facet = Facet {
             cos_camera,
             cos_light,
             value: from_camera * g,
             to_light: from_light * g_camera,
             to_camera: from_camera * g_light,
-        }
+        };
+        facet.only(some & sees & !are_grazing(to_camera, to_light))
     }
 
     /// A facet normal on the side of `w`, from those visible from `w`, with density G1(w) |w·h| D(h)/|cos θ_w|: a
     /// spherical cap in the stretched space (Dupuy & Benyoub 2023, *Sampling Visible GGX Normals with Spherical Caps*).
-    #[inline]
-    pub fn sample_visible(self, w: Vec3, u: Vec2) -> Vec3 {
-        let stretched = Vec3::new(self.alpha * w.x, self.alpha * w.y, w.z.abs()).normalize();
-        // The height of the half vector is known without the cancellation in z + stretched.z, and never 0.
-        let height = (1.0 - u.y) * (1.0 + stretched.z);
-        let z = height - stretched.z;
-        let r = ((1.0 - z) * (1.0 + z)).max(0.0).sqrt();
-        let (sin, cos) = (TAU * u.x).sin_cos();
-        let (x, y) = (r * cos + stretched.x, r * sin + stretched.y);
-        Vec3::new(self.alpha * x, self.alpha * y, height.copysign(w.z)).normalize()
+    /// In the lanes `which`.
+    #[inline(always)]
+    pub fn sample_visible(self, w: V, [u, v]: [V::F; 2], which: <V::Lanes as Lanes>::M) -> V {
+        let (zero, one) = (u.lanes().splat(0.0), u.lanes().splat(1.0));
+        let [x, y, side] = w.coordinates();
+        let [x, y, z] = V::new(self.alpha * x, self.alpha * y, side.abs()).normalize().coordinates();
+        // The height of the half vector is known without the cancellation in its terms, and never 0.
+        let height = (one - v) * (one + z);
+        let z = height - z;
+        let r = ((one - z) * (one + z)).max(zero).sqrt();
+        let [sin, cos] = functions::sin_cos(u * TAU, which);
+        let (x, y) = (r * cos + x, r * sin + y);
+        V::new(self.alpha * x, self.alpha * y, height.copysign(side)).normalize()
     }
+}
+
+/// Where either direction is in the surface's plane.
+#[inline(always)]
+fn are_grazing<V: Vector>(to_camera: V, to_light: V) -> <V::Lanes as Lanes>::M {
+    let ([_, _, camera], [_, _, light]) = (to_camera.coordinates(), to_light.coordinates());
+    is_grazing(camera) | is_grazing(light)
 }
 
 #[cfg(test)]

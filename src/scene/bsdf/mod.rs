@@ -10,6 +10,7 @@ mod dielectric;
 mod diffuse;
 mod directions;
 mod fresnel;
+mod functions;
 mod glass;
 mod layer;
 mod metallic_roughness;
@@ -29,7 +30,7 @@ use crate::{
     sampling::{PdfSolidAngle, warp},
 };
 
-pub use bsdfs::{Bsdfs, InLanes, Kind};
+pub use bsdfs::{Bsdfs, Kind, Terms};
 pub use dielectric::Dielectric;
 pub use diffuse::Diffuse;
 pub use directions::Directions;
@@ -81,6 +82,16 @@ impl<L: Lanes> Scatter<L> {
     #[must_use]
     pub fn only(self, which: L::M) -> Self {
         Self::select(which, self, Self::nothing(self.to_light.0.lanes()))
+    }
+
+    /// Two lobes together; each density already includes the probability of its lobe.
+    ///
+    /// Where neither passes any light a sample comes to nothing, so the density of its direction is zero too.
+    #[inline(always)]
+    fn sum(a: Self, b: Self) -> Self {
+        let f = a.f + b.f;
+        let (to_light, to_camera) = (a.to_light.0 + b.to_light.0, a.to_camera.0 + b.to_camera.0);
+        Self { f, to_light: PdfSolidAngle(to_light), to_camera: PdfSolidAngle(to_camera) }.only(!f.is_black())
     }
 
     /// `yes` where the condition holds, `no` elsewhere.
@@ -160,22 +171,6 @@ impl PartialEq for Scatter {
 impl Scatter {
     /// No light passes, and neither direction is ever sampled from the other.
     pub const ZERO: Self = Self { f: Rgb::ZERO, to_light: PdfSolidAngle::ZERO, to_camera: PdfSolidAngle::ZERO };
-
-    /// Two lobes together; each density already includes the probability of its lobe.
-    ///
-    /// Where neither passes any light a sample comes to nothing (`None`), so the density of its direction is zero too.
-    #[inline]
-    fn sum(a: Self, b: Self) -> Self {
-        let f = a.f + b.f;
-        if f == Rgb::ZERO {
-            return Self::ZERO;
-        }
-        Self {
-            f,
-            to_light: PdfSolidAngle(a.to_light.0 + b.to_light.0),
-            to_camera: PdfSolidAngle(a.to_camera.0 + b.to_camera.0),
-        }
-    }
 }
 
 impl ScatterEvent {

@@ -6,7 +6,7 @@ use super::{
     BsdfSample, GRAZING, Lobe, Pane, Scatter, ScatterEvent, Transport,
     albedo::Split,
     fresnel,
-    layer::{Coat, multiple, product_lobe},
+    layer::{Coat, Grazing, multiple, product_lobe},
     microfacet::{Ggx, SMOOTH_ALPHA},
     mirrored,
     pane::through,
@@ -89,7 +89,7 @@ impl ThinDielectric {
             return (diffuse, Scatter::ZERO);
         }
         let same_side = to_camera.z * to_light.z > 0.0;
-        let ggx = Ggx { alpha: self.alpha };
+        let ggx = Ggx::<Vec3> { alpha: self.alpha };
         let facet = ggx.reflect(to_camera, if same_side { to_light } else { through(to_light) });
         let cos = facet.cos_camera;
         let f = fresnel::dielectric(cos, self.ior);
@@ -148,13 +148,13 @@ impl ThinDielectric {
         let end = self.end(known);
         let p = end.ways.facet_probability();
         let (direction, lobe) = if u.z >= p {
-            (end.ways.sample(known, self.alpha, u), Lobe::Continuous)
+            (end.ways.sample(known, Grazing::new(self.alpha), u.into(), true), Lobe::Continuous)
         } else {
             let smooth = self.is_smooth();
             let (mirror, cos) = if smooth {
                 (mirrored(known), known.z.abs())
             } else {
-                let h = Ggx { alpha: self.alpha }.sample_visible(known, u.truncate());
+                let h = Ggx::<Vec3> { alpha: self.alpha }.sample_visible(known, [u.x, u.y], true);
                 let cos = known.dot(h);
                 (fresnel::reflect(known, h, cos), cos)
             };

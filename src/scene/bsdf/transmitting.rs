@@ -146,7 +146,7 @@ impl Transmitting {
                 * plastic.multiple
                 * product_lobe(camera.split.missing, light.split.missing, plastic.average.missing);
         }
-        let [from_camera, from_light] = [camera, light].map(|end| (end.direction, &end.ways));
+        let [from_camera, from_light] = [camera, light].map(|end| (end.direction.z, &end.ways));
         (smooth_lobe(self.albedo() * base, Grazing::new(self.alpha), from_camera, from_light), multiple)
     }
 }

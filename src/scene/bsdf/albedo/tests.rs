@@ -134,7 +134,7 @@ fn write_the_tables() {
             // came.
             let a = albedo(mu, alpha, if side == 0 { eta } else { 1.0 / eta }, if j < 3 { 120 } else { 72 });
             let lowered = [1.0, 0.9985][side];
-            let missing = lowered * (1.0 - a.boundary).max(0.0) / f64::from(boundary_range(j));
+            let missing = lowered * (1.0 - a.boundary).max(0.0) / f64::from(boundary_range(j as u32));
             put(&mut bytes, BOUNDARIES[side] + at, missing);
         }
     }
@@ -224,5 +224,12 @@ fn averages_are_those_of_the_tables() {
         }
         let grazing = average(|mu| TABLES.split(mu, alpha).grazing);
         assert!((f64::from(TABLES.average_split(alpha).grazing) - grazing).abs() < 3e-4, "α = {alpha}: {grazing}");
+    }
+}
+
+#[test]
+fn entries_are_fractions_rounded_once() {
+    for n in 0..=u32::from(u16::MAX) {
+        assert_eq!(super::fraction(n), n as f32 / 65535.0, "{n}");
     }
 }
