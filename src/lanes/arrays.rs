@@ -122,7 +122,7 @@ impl<const N: usize> Lanes for Arrays<N> {
     fn lane<T: Copy + Debug>(each: &[T; N], i: usize) -> T {
         each[i % N]
     }
-    #[inline(always)]
+    #[inline(never)]
     fn call<W: Work>(self, work: W) -> W::Output {
         work.work()
     }

@@ -57,7 +57,7 @@ impl Lanes for One {
     fn lane<T: Copy + std::fmt::Debug>(each: &T, _: usize) -> T {
         *each
     }
-    #[inline(always)]
+    #[inline(never)]
     fn call<W: Work>(self, work: W) -> W::Output {
         work.work()
     }

@@ -9,7 +9,7 @@ use crate::{
     math::{Frame, Rgb},
     sampling::PdfSolidAngle,
     scene::{
-        bsdf::{Bsdf, BsdfSample, Bsdfs, Directions, Lobe, MetallicRoughness, Scatter, Transport},
+        bsdf::{Across, Bsdf, BsdfSample, Bsdfs, Directions, Lobe, Scatter, Transport},
         point::Point,
         tilt::Tilt,
     },
@@ -252,8 +252,8 @@ impl<L: Lanes> Surfaces<L> for Bsdfs<L> {
     fn scatter_around(&self, n: L::V, lobe: Lobe, to_camera: L::V, to_light: L::V) -> Scatter<L> {
         match self {
             Self::Diffuse(diffuse) if lobe == Lobe::Continuous => diffuse.between(n.dot(to_camera), n.dot(to_light)),
-            Self::MetallicRoughness(bsdfs) if lobe == Lobe::Continuous => {
-                n.max_element().lanes().call(Between { bsdfs, n, to_camera, to_light })
+            Self::MetallicRoughness(_) | Self::Dielectric(_) if lobe == Lobe::Continuous => {
+                n.max_element().lanes().call(Continuous { bsdfs: self, n, to_camera, to_light })
             }
             _ => scatter_each(self, n, lobe, to_camera, to_light),
         }
@@ -275,9 +275,14 @@ impl<L: Lanes> Surfaces<L> for Bsdfs<L> {
                 let (direction, scatter) = diffuse.sample_around(n, known, transport, [u[0], u[1]]);
                 (direction, scatter, lanes.each(|_| Lobe::Continuous), none)
             }
-            Self::MetallicRoughness(bsdfs) if directions == Directions::Bsdf => {
-                let (direction, is_delta, scatter) = lanes.call(Sampling { bsdfs, n, known, transport, u });
-                (direction, scatter, delta_or_continuous(lanes, is_delta), is_delta)
+            Self::MetallicRoughness(_) | Self::Dielectric(_) if directions == Directions::Bsdf => {
+                let across = lanes.call(Sampling { bsdfs: self, n, known, transport, u });
+                let (delta, second) = (across.is_delta.bits(), across.is_second.bits());
+                let lobe = lanes.each(|k| match delta >> k & 1 {
+                    0 => Lobe::Continuous,
+                    _ => Lobe::Delta((second >> k & 1) as u8),
+                });
+                (across.direction, across.scatter, lobe, across.is_delta)
             }
             _ => {
                 // Deltas are the same by every rule.
@@ -299,6 +304,7 @@ impl<L: Lanes> Surfaces<L> for Bsdfs<L> {
         match self {
             Self::Diffuse(_) | Self::Pane(_) | Self::Mirror(_) | Self::MetallicRoughness(_) => lanes.splat(1.0),
             Self::Glass(glass) => glass.relative_ior(cos_camera, cos_light),
+            Self::Dielectric(boundary) => boundary.smooth().relative_ior(cos_camera, cos_light),
             Self::Each(bsdfs, which) => {
                 let (cos_camera, cos_light) = (cos_camera.all(), cos_light.all());
                 let mut each = [1.0; MOST];
@@ -318,36 +324,32 @@ fn which_delta<L: Lanes>(lanes: L, second: L::M) -> L::Each<Lobe> {
     lanes.each(|k| Lobe::Delta((second >> k & 1) as u8))
 }
 
-/// The first delta where the condition holds, and the continuous part elsewhere.
-#[inline(always)]
-fn delta_or_continuous<L: Lanes>(lanes: L, delta: L::M) -> L::Each<Lobe> {
-    let delta = delta.bits();
-    lanes.each(|k| if delta >> k & 1 == 1 { Lobe::Delta(0) } else { Lobe::Continuous })
-}
-
-/// The continuous part of rough surfaces with the unit normals `n` between unit world directions.
-struct Between<'a, L: Lanes> {
-    bsdfs: &'a MetallicRoughness<L::V>,
+/// The continuous part of surfaces with facets and the unit normals `n` between unit world directions.
+struct Continuous<'a, L: Lanes> {
+    bsdfs: &'a Bsdfs<L>,
     n: L::V,
     to_camera: L::V,
     to_light: L::V,
 }
 
-impl<L: Lanes> Work for Between<'_, L> {
+impl<L: Lanes> Work for Continuous<'_, L> {
     type Output = Scatter<L>;
 
     #[inline(always)]
     fn work(self) -> Scatter<L> {
-        let Self { bsdfs, n, to_camera, to_light } = self;
-        let frame = Frame::around(n);
-        bsdfs.between(frame.to_local(to_camera), frame.to_local(to_light))
+        let frame = Frame::around(self.n);
+        let (to_camera, to_light) = (frame.to_local(self.to_camera), frame.to_local(self.to_light));
+        match self.bsdfs {
+            Bsdfs::MetallicRoughness(bsdfs) => bsdfs.continuous(to_camera, to_light),
+            Bsdfs::Dielectric(bsdfs) => bsdfs.continuous(to_camera, to_light),
+            _ => Scatter::nothing(self.n.max_element().lanes()),
+        }
     }
 }
 
-/// A unit world direction across from `known` at such surfaces, where it belongs to a delta, and the value and the
-/// densities there.
+/// A unit world direction across from `known` at such surfaces.
 struct Sampling<'a, L: Lanes> {
-    bsdfs: &'a MetallicRoughness<L::V>,
+    bsdfs: &'a Bsdfs<L>,
     n: L::V,
     known: L::V,
     transport: Transport,
@@ -355,14 +357,22 @@ struct Sampling<'a, L: Lanes> {
 }
 
 impl<L: Lanes> Work for Sampling<'_, L> {
-    type Output = (L::V, L::M, Scatter<L>);
+    type Output = Across<L::V>;
 
     #[inline(always)]
-    fn work(self) -> Self::Output {
+    fn work(self) -> Across<L::V> {
         let Self { bsdfs, n, known, transport, u } = self;
         let frame = Frame::around(n);
-        let (direction, is_delta, scatter) = bsdfs.sample_in_lanes(frame.to_local(known), transport, u);
-        (frame.to_world(direction).normalize(), is_delta, scatter)
+        let (known, none) = (frame.to_local(known), u[0].lanes().mask(0));
+        let across = match bsdfs {
+            Bsdfs::MetallicRoughness(bsdfs) => bsdfs.sample_in_lanes(known, transport, u),
+            Bsdfs::Dielectric(bsdfs) => bsdfs.sample_in_lanes(known, transport, u),
+            _ => {
+                let scatter = Scatter::nothing(u[0].lanes());
+                Across { direction: known, is_delta: none, is_second: none, scatter }
+            }
+        };
+        Across { direction: frame.to_world(across.direction).normalize(), ..across }
     }
 }
 

@@ -25,11 +25,9 @@
 //!
 //! Everywhere else ω_s = ω. The derivative is continuous where the two meet (a shear fixes its axis to first order).
 
-use glam::Vec3;
-
 use super::{bsdf::Scatter, point::Point};
 use crate::{
-    lanes::{Float, Lanes, Mask, One, Select, Vector},
+    lanes::{Float, Lanes, Mask, One, Select, Vector, Work},
     sampling::PdfSolidAngle,
 };
 
@@ -127,27 +125,10 @@ impl<L: Lanes> Tilt<L> {
             cos_surface: self.is_flat.select(one, cos_g),
         };
         let stays = self.is_flat | (cos_g - self.cos * cos_s).abs().le(self.reach * cos_s.abs());
-        if (!stays).any() { self.bend_each(!stays, &unmoved, to) } else { unmoved }
-    }
-
-    /// [`Tilt::bend`] in some lanes, one after the other: few directions are that near the horizons.
-    #[inline(always)]
-    fn bend_each(&self, which: L::M, unmoved: &Tilted<L>, to: To) -> Tilted<L> {
-        let (n_s, n_g, cos) = (self.n_s.all(), self.n_g.all(), self.cos.all());
-        let (mut direction, mut jacobian) = (unmoved.direction.all(), unmoved.jacobian.all());
-        let (mut cos_s, mut cos_g) = (unmoved.cos_shading.all(), unmoved.cos_surface.all());
-        for k in which.lanes() {
-            let tilt = Tilt { n_s: n_s[k].into(), n_g: n_g[k].into(), cos: cos[k], reach: 0.0, is_flat: false };
-            let bent = tilt.bend(direction[k].into(), cos_s[k], cos_g[k], to);
-            (direction[k], jacobian[k]) = (bent.direction.to_array(), bent.jacobian);
-            (cos_s[k], cos_g[k]) = (bent.cos_shading, bent.cos_surface);
-        }
-        let lanes = self.cos.lanes();
-        Tilted {
-            direction: lanes.vectors(|k| direction[k]),
-            jacobian: lanes.load(&jacobian),
-            cos_shading: lanes.load(&cos_s),
-            cos_surface: lanes.load(&cos_g),
+        if (!stays).any() {
+            cos_s.lanes().call(Bend { tilt: self, which: !stays, unmoved: &unmoved, to })
+        } else {
+            unmoved
         }
     }
 
@@ -165,32 +146,44 @@ impl<L: Lanes> Tilt<L> {
     }
 }
 
-impl Tilt {
-    /// The shear, in the plane of the two normals.
-    #[inline(never)]
-    fn bend(&self, w: Vec3, y: f32, cos_g: f32, to: To) -> Tilted {
-        let stays = Tilted { direction: w, jacobian: 1.0, cos_shading: y, cos_surface: cos_g };
+/// The shear, in the plane of the two normals, of what is `unmoved` in the lanes `which`: a function of its own, for
+/// few directions are that near the horizons.
+struct Bend<'a, L: Lanes> {
+    tilt: &'a Tilt<L>,
+    which: L::M,
+    unmoved: &'a Tilted<L>,
+    to: To,
+}
+
+impl<L: Lanes> Work for Bend<'_, L> {
+    type Output = Tilted<L>;
+
+    #[inline(always)]
+    fn work(self) -> Tilted<L> {
+        let Self { tilt: &Tilt { n_s, n_g, cos, .. }, which, unmoved, to } = self;
+        let &Tilted { direction: w, cos_shading: y, cos_surface: cos_g, .. } = unmoved;
+        let lanes = cos.lanes();
+        let (zero, one, two, three) = (lanes.splat(0.0), lanes.splat(1.0), lanes.splat(2.0), lanes.splat(3.0));
         // The part of N_g across N_s, without the cancellation in N_g − cos θ N_s.
-        let between = self.n_g - self.n_s;
-        let across = between - self.n_s * between.dot(self.n_s);
-        let sin = across.length();
-        if sin < 1e-6 {
-            return stays; // less than directions tell apart
-        }
-        let (cos, across) = (self.cos, across / sin);
+        let between = n_g - n_s;
+        let across = between - n_s * between.dot(n_s);
+        let sin = across.dot(across).sqrt();
+        // Not if there is less between them than directions tell apart.
+        let which = which & !sin.lt(lanes.splat(1e-6));
+        let across = across / sin;
         let x = w.dot(across);
         // The horizon of the quarter in which the direction lies, before or after: N_s's at a_s = 90° (1) or −90° (−1).
-        let horizon = 1.0_f32.copysign(x)
-            * 1.0_f32.copysign(match to {
-                To::Shading => cos_g,
-                To::Surface => y,
-            });
-        let (sin_m, cos_m, sin_shifted) = if 4.0 * cos * cos > 3.0 {
-            let shifted = if horizon > 0.0 { 4.0 * sin * cos * (1.0 - 2.0 * sin * sin) } else { 2.0 * sin * cos };
-            (sin * (3.0 - 4.0 * sin * sin), cos * (4.0 * cos * cos - 3.0), shifted)
-        } else {
-            (1.0, 0.0, cos)
+        let side = match to {
+            To::Shading => cos_g,
+            To::Surface => y,
         };
+        let horizon = one.copysign(x) * one.copysign(side);
+        let below_30 = three.lt(cos * 4.0 * cos);
+        let twice = sin * 4.0 * cos * (one - sin * 2.0 * sin);
+        let shifted = zero.lt(horizon).select(twice, two * sin * cos);
+        let sin_m = below_30.select(sin * (three - sin * 4.0 * sin), one);
+        let cos_m = below_30.select(cos * (cos * 4.0 * cos - three), zero);
+        let sin_shifted = below_30.select(shifted, cos);
         // The distance from the shear's axis, and how far along it the direction moves.
         let distance = x * sin_m - horizon * y * cos_m;
         let shift = -sin / (sin_shifted * sin_m) * distance;
@@ -201,19 +194,24 @@ impl Tilt {
         let (sheared_x, sheared_y) = (x + shift * horizon * cos_m, y + shift * sin_m);
         let (before, after) = (x * x + y * y, sheared_x * sheared_x + sheared_y * sheared_y);
         let stretch = before / after;
-        if !(stretch.is_finite() && stretch > 0.0) {
-            return stays; // along the axis, where longitudes meet
-        }
+        // Not along the axis, where longitudes meet.
+        let which = which & zero.lt(stretch) & stretch.lt(lanes.splat(f32::INFINITY));
         let scale = stretch.sqrt();
-        let moved = w + across * (sheared_x * scale - x) + self.n_s * (sheared_y * scale - y);
+        let moved = w + across * (sheared_x * scale - x) + n_s * (sheared_y * scale - y);
         let jacobian = match to {
             To::Shading => stretch,
-            To::Surface => 1.0 / stretch,
+            To::Surface => one / stretch,
         };
         let direction = moved.normalize();
-        match to {
-            To::Shading => Tilted { direction, jacobian, cos_shading: self.n_s.dot(direction), cos_surface: cos_g },
-            To::Surface => Tilted { direction, jacobian, cos_shading: y, cos_surface: self.n_g.dot(direction) },
+        let (cos_shading, cos_surface) = match to {
+            To::Shading => (n_s.dot(direction), cos_g),
+            To::Surface => (y, n_g.dot(direction)),
+        };
+        Tilted {
+            direction: which.select(direction, w),
+            jacobian: which.select(jacobian, one),
+            cos_shading: which.select(cos_shading, y),
+            cos_surface: which.select(cos_surface, cos_g),
         }
     }
 }
@@ -221,6 +219,8 @@ impl Tilt {
 #[cfg(test)]
 mod tests {
     use std::f32::consts::TAU;
+
+    use glam::Vec3;
 
     use super::*;
 

@@ -12,7 +12,7 @@ use pathspace::{
     sampling::{Filter, SamplerKind},
     scene::{
         Scene,
-        bsdf::{Bsdf, Directions},
+        bsdf::{Bsdf, Dielectric, Directions, MetallicRoughness, ThinDielectric},
         camera::{Camera, Sensor},
         geometry::Geometry,
         light::{Light, LightChoice},
@@ -238,6 +238,69 @@ fn smooth_glass_and_mirrors() {
                 for roulette in [Roulette::FromDepth(3), Roulette::ByThroughput(2)] {
                     let settings = Settings { roulette, max_depth: 9, ..settings(integrator) };
                     assert_waves_do_not_matter(name, &scene, &settings);
+                }
+            }
+        }
+    }
+}
+
+/// Rough surfaces of all kinds in one scene, so that groups of lanes are of several: flat and smooth, as lights, as a
+/// body with another in it, mixed with smooth ones, on triangles of the world and not.
+fn rough(sensor: Sensor, sky: &[Light]) -> Scene {
+    let metallic = |name: &str, metallic, alpha: f32, f0, f90| {
+        let base_color = Rgb::new(0.9, 0.6, 0.3);
+        let (dielectric_f0, dielectric_f90) = (f0, f90);
+        let bsdf = MetallicRoughness { base_color, metallic, alpha, dielectric_f0, dielectric_f90 };
+        Material::new(name, Bsdf::MetallicRoughness(bsdf))
+    };
+    let glass = |color, ior, alpha, transmission| {
+        Material::new("glass", Bsdf::Dielectric(Dielectric { color, ior, alpha, transmission }))
+    };
+    let pane = |alpha, transmission| {
+        let (color, ior) = (Rgb::new(0.7, 0.8, 0.9), 1.5);
+        Material::new("pane", Bsdf::Thin(ThinDielectric { color, ior, alpha, transmission }))
+    };
+    let tinted = Rgb::new(0.1, 0.05, 0.02);
+    let materials = vec![
+        Material::diffuse("white", Rgb::new(0.7, 0.72, 0.68)),
+        Material::diffuse("lamp", Rgb::splat(0.3)).emitting(Rgb::new(2.0, 1.5, 1.0)),
+        metallic("plastic", 0.0, 0.3, Rgb::splat(0.04), 1.0),
+        metallic("metal", 1.0, 0.1, Rgb::splat(0.04), 1.0).emitting(Rgb::new(0.1, 0.2, 0.1)),
+        metallic("varnish", 0.3, 0.0, tinted, 0.8),
+        metallic("satin", 0.6, 0.8, tinted, 0.5),
+        glass(Rgb::new(0.9, 0.7, 0.8), 1.5, 0.2, 1.0),
+        glass(Rgb::ONE, 1.3, 0.5, 0.6),
+        pane(0.3, 1.0),
+        pane(0.0, 0.5),
+        Material::mirror("mirror", Rgb::splat(0.9)),
+    ];
+    let mut g = Geometry::default();
+    let v = Vec3::new;
+    scenes::quad(&mut g, [v(-1.0, -1.0, -1.0), v(-1.0, -1.0, 1.0), v(1.0, -1.0, 1.0), v(1.0, -1.0, -1.0)], 2);
+    scenes::quad(&mut g, [v(-1.0, -1.0, -1.0), v(1.0, -1.0, -1.0), v(1.0, 0.6, -1.0), v(-1.0, 0.6, -1.0)], 5);
+    scenes::quad(&mut g, [v(-1.0, -1.0, -1.0), v(-1.0, 0.6, -1.0), v(-1.0, 0.6, 1.0), v(-1.0, -1.0, 1.0)], 4);
+    scenes::quad(&mut g, [v(1.0, -1.0, -1.0), v(1.0, -1.0, 1.0), v(1.0, 0.6, 1.0), v(1.0, 0.6, -1.0)], 0);
+    scenes::quad(&mut g, [v(-0.4, 0.7, -0.4), v(0.4, 0.7, -0.4), v(0.4, 0.7, 0.4), v(-0.4, 0.7, 0.4)], 1);
+    scenes::quad(&mut g, [v(-0.9, -0.9, 0.4), v(-0.3, -0.9, 0.3), v(-0.3, -0.1, 0.3), v(-0.9, -0.1, 0.4)], 8);
+    scenes::quad(&mut g, [v(0.3, -0.9, 0.4), v(0.8, -0.9, 0.5), v(0.8, -0.2, 0.5), v(0.3, -0.2, 0.4)], 9);
+    octahedron(&mut g, v(-0.5, -0.6, -0.4), 0.35, 3);
+    octahedron(&mut g, v(0.0, -0.3, -0.1), 0.45, 6);
+    octahedron(&mut g, v(0.0, -0.3, -0.1), 0.25, 7);
+    g.add_sphere(v(0.6, -0.7, -0.5), 0.3, MaterialId(5));
+    g.add_sphere(v(0.5, -0.1, -0.6), 0.2, MaterialId(7));
+    g.add_sphere(v(-0.6, 0.1, -0.6), 0.2, MaterialId(10));
+    let camera = Camera::look_at(v(0.1, 0.2, 1.8), v(0.0, -0.4, -1.0), Vec3::Y, 0.9, sensor);
+    Scene::new(g, materials, sky, camera)
+}
+
+#[test]
+fn rough_surfaces() {
+    for sky in [&sky()[..], &[]] {
+        for choice in [LightChoice::Power, LightChoice::Tree] {
+            let scene = rough(SENSOR, sky).choosing_lights(choice);
+            for integrator in WAVES.into_iter().chain([IntegratorKind::PathHemisphere]) {
+                for hemisphere in Directions::ALL {
+                    assert_waves_do_not_matter("rough", &scene, &Settings { hemisphere, ..settings(integrator) });
                 }
             }
         }

@@ -10,9 +10,10 @@ use super::{
 };
 use crate::{
     integrator::Integrator,
-    lanes::{Lanes, MOST, Mask, Vector, Work},
+    lanes::{Lanes, Mask, Set, Vector, Work},
     path::Step,
     scene::{
+        Scene,
         bsdf::{Bsdfs, Kind, Transport},
         geometry::Hits,
         point::{Place, Point},
@@ -49,14 +50,21 @@ impl Group {
 /// In which lanes surfaces have a BSDF of each kind, and last in which of none: a bit for each lane.
 type Others = [u32; KINDS + 1];
 
+/// Where the walks of the lanes `which` of the group from the `at`-th on come to; and in which lanes there is a surface.
 #[inline(always)]
-fn by_kind(points: &[Point; MOST], which: impl Mask) -> Others {
+fn come_to_others(
+    scene: &Scene,
+    walks: &Walks,
+    (at, which): (usize, impl Mask),
+    hits: &Hits,
+    Queues { inside, arrived, .. }: &mut Queues,
+) -> (Others, u32) {
     let mut others = [0; KINDS + 1];
-    for k in which.lanes() {
-        let at = Kind::of(&points[k].bsdf).map_or(KINDS, |kind| kind as usize);
-        others[at] |= 1 << k;
+    let some = if which.any() { walks.arrive_each(scene, at, which, hits, inside, &mut arrived.0) } else { 0 };
+    for k in Set::of_bits(some) {
+        others[Kind::of(&arrived.0[k].bsdf).map_or(KINDS, |kind| kind as usize)] |= 1 << k;
     }
-    others
+    (others, some)
 }
 
 /// Whether walks that leave the scene come to a sky.
@@ -84,13 +92,8 @@ impl Integrator {
             let (in_world, index, b) = hits.places(lanes, i);
             let mut plain = scene.plain_points(lanes, met & in_world, index, b);
             plain.which = self.met_first(stage, (walks, &walk), hits, i, plain.which);
-            let (others, mut which_others) = (met & !plain.which, [0; KINDS + 1]);
-            if others.any() {
-                let Queues { inside, arrived, .. } = &mut *queues;
-                let which = lanes.mask(walks.arrive_each(scene, i, others, hits, inside, &mut arrived.0));
-                which_others = by_kind(&arrived.0, which);
-                met = plain.which | which;
-            }
+            let (which_others, some) = come_to_others(scene, walks, (i, met & !plain.which), hits, queues);
+            met = plain.which | lanes.mask(some);
             // One call for all: each would be a copy of what it does.
             for group in Group::ALL {
                 let other;

@@ -66,7 +66,8 @@ pub enum Held {
 
 impl Held {
     /// What connections use.
-    pub const ALL: [Self; 3] = [Self::Of(Kind::Diffuse), Self::Of(Kind::MetallicRoughness), Self::Other];
+    pub const ALL: [Self; 4] =
+        [Self::Of(Kind::Diffuse), Self::Of(Kind::MetallicRoughness), Self::Of(Kind::Dielectric), Self::Other];
 }
 
 impl VertexStore {

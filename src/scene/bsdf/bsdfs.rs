@@ -21,18 +21,22 @@ pub enum Kind {
     Mirror,
     /// [`MetallicRoughness`] that is no mirror alone.
     MetallicRoughness,
+    /// [`Dielectric`] that is no smooth clear glass.
+    Dielectric,
 }
 
 impl Kind {
     /// All of them.
-    pub const ALL: [Self; 5] = [Self::Diffuse, Self::Glass, Self::Pane, Self::Mirror, Self::MetallicRoughness];
+    pub const ALL: [Self; 6] =
+        [Self::Diffuse, Self::Glass, Self::Pane, Self::Mirror, Self::MetallicRoughness, Self::Dielectric];
 
     /// That of a BSDF, if it is of any.
     #[inline(always)]
     pub fn of(bsdf: &Bsdf) -> Option<Self> {
         match bsdf {
             Bsdf::Diffuse(_) => Some(Self::Diffuse),
-            Bsdf::Dielectric(dielectric) => dielectric.glass().map(|_| Self::Glass),
+            Bsdf::Dielectric(dielectric) if dielectric.glass().is_some() => Some(Self::Glass),
+            Bsdf::Dielectric(_) => Some(Self::Dielectric),
             Bsdf::MetallicRoughness(metallic) if metallic.mirror().is_some() => Some(Self::Mirror),
             Bsdf::MetallicRoughness(_) => Some(Self::MetallicRoughness),
             Bsdf::Thin(thin) => thin.pane().map(|_| Self::Pane),
@@ -42,7 +46,20 @@ impl Kind {
     /// Whether light may pass such surfaces.
     #[inline(always)]
     pub fn transmits(self) -> bool {
-        matches!(self, Self::Glass | Self::Pane)
+        matches!(self, Self::Glass | Self::Pane | Self::Dielectric)
+    }
+
+    /// The kind that has both BSDFs of this one and of the other, if any has.
+    #[inline(always)]
+    fn with(self, other: Self) -> Option<Self> {
+        match (self, other) {
+            _ if self == other => Some(self),
+            (Self::Glass, Self::Dielectric) | (Self::Dielectric, Self::Glass) => Some(Self::Dielectric),
+            (Self::Mirror, Self::MetallicRoughness) | (Self::MetallicRoughness, Self::Mirror) => {
+                Some(Self::MetallicRoughness)
+            }
+            _ => None,
+        }
     }
 }
 
@@ -56,7 +73,7 @@ pub struct Terms<V: Vector = Vec3> {
     pub ior: V::F,
     /// GGX's α.
     pub alpha: V::F,
-    /// The fraction of metal.
+    /// The fraction of metal, or of what refracts.
     pub fraction: V::F,
     /// The interface's reflectance at normal incidence.
     pub f0: Rgb<V>,
@@ -80,6 +97,17 @@ impl<V: Vector> Terms<V> {
     }
 
     #[inline(always)]
+    fn of_dielectric(Dielectric { color, ior, alpha, transmission }: &Dielectric<V>) -> Self {
+        Self { ior: *ior, alpha: *alpha, fraction: *transmission, ..Self::of_color(*color) }
+    }
+
+    #[inline(always)]
+    fn dielectric(self) -> Dielectric<V> {
+        let Self { color, ior, alpha, fraction: transmission, .. } = self;
+        Dielectric { color, ior, alpha, transmission }
+    }
+
+    #[inline(always)]
     fn metallic(self) -> MetallicRoughness<V> {
         let Self { color, alpha, fraction, f0, f90, .. } = self;
         MetallicRoughness { base_color: color, metallic: fraction, alpha, dielectric_f0: f0, dielectric_f90: f90 }
@@ -93,9 +121,8 @@ impl Terms {
         match bsdf {
             Bsdf::Diffuse(Diffuse { albedo }) => Self::of_color(*albedo),
             Bsdf::MetallicRoughness(metallic) => Self::of_metallic(metallic),
-            Bsdf::Dielectric(Dielectric { color, ior, .. }) | Bsdf::Thin(ThinDielectric { color, ior, .. }) => {
-                Self { ior: *ior, ..Self::of_color(*color) }
-            }
+            Bsdf::Dielectric(boundary) => Self::of_dielectric(boundary),
+            Bsdf::Thin(ThinDielectric { color, ior, .. }) => Self { ior: *ior, ..Self::of_color(*color) },
         }
     }
 
@@ -109,8 +136,22 @@ impl Terms {
             Kind::Pane => Bsdf::Thin(ThinDielectric { color, ior, alpha: 0.0, transmission: 1.0 }),
             Kind::Mirror => Bsdf::MetallicRoughness(MetallicRoughness::metal(color, 0.0)),
             Kind::MetallicRoughness => Bsdf::MetallicRoughness(self.metallic()),
+            Kind::Dielectric => Bsdf::Dielectric(self.dielectric()),
         }
     }
+}
+
+/// A direction across from a known one in each lane, with the value and the densities there.
+#[derive(Clone, Copy, Debug)]
+pub struct Across<V: Vector = Vec3> {
+    /// The direction, in the space of the known one.
+    pub direction: V,
+    /// Whether it belongs to a delta.
+    pub is_delta: <V::Lanes as Lanes>::M,
+    /// And which one: the second or the first.
+    pub is_second: <V::Lanes as Lanes>::M,
+    /// Nothing where there is no such direction.
+    pub scatter: Scatter<V::Lanes>,
 }
 
 /// A BSDF in each lane. The kinds that have been written for lanes are side by side where all are of that kind; any
@@ -127,6 +168,8 @@ pub enum Bsdfs<L: Lanes> {
     Mirror(Mirror<L::V>),
     /// An opaque dielectric or metal in all lanes.
     MetallicRoughness(MetallicRoughness<L::V>),
+    /// The boundary of a volume in all lanes.
+    Dielectric(Dielectric<L::V>),
     /// Of any kind, in some lanes.
     Each(L::Each<Bsdf>, L::M),
 }
@@ -135,14 +178,16 @@ impl<L: Lanes> Bsdfs<L> {
     /// Those that `bsdf` has for the lanes `which`; anything in the others.
     #[inline(always)]
     pub fn new<'a>(lanes: L, which: L::M, bsdf: impl Fn(usize) -> &'a Bsdf) -> Self {
-        let kind = which.lanes().next().map_or(Some(Kind::Diffuse), |k| Kind::of(bsdf(k)));
-        let mut of_kind = true;
+        let mut kind = which.lanes().next().map_or(Some(Kind::Diffuse), |k| Kind::of(bsdf(k)));
         for k in which.lanes() {
-            of_kind &= Kind::of(bsdf(k)) == kind;
+            kind = match (kind, Kind::of(bsdf(k))) {
+                (Some(a), Some(b)) => a.with(b),
+                _ => None,
+            };
         }
         match kind {
-            Some(kind) if of_kind => Self::of_kind(kind, Self::terms(lanes, which, bsdf)),
-            _ => Self::Each(lanes.each(|k| *bsdf(k)), which),
+            Some(kind) => Self::of_kind(kind, Self::terms(lanes, which, bsdf)),
+            None => Self::Each(lanes.each(|k| *bsdf(k)), which),
         }
     }
 
@@ -179,6 +224,7 @@ impl<L: Lanes> Bsdfs<L> {
             Kind::Pane => Self::Pane(Pane { color, ior }),
             Kind::Mirror => Self::Mirror(Mirror { color }),
             Kind::MetallicRoughness => Self::MetallicRoughness(terms.metallic()),
+            Kind::Dielectric => Self::Dielectric(terms.dielectric()),
         }
     }
 
@@ -192,6 +238,7 @@ impl<L: Lanes> Bsdfs<L> {
             Self::Pane(Pane { color, ior }) => (Some(Kind::Pane), Terms { ior: *ior, ..of_color(*color) }),
             Self::Mirror(Mirror { color }) => (Some(Kind::Mirror), of_color(*color)),
             Self::MetallicRoughness(metallic) => (Some(Kind::MetallicRoughness), Terms::of_metallic(metallic)),
+            Self::Dielectric(boundary) => (Some(Kind::Dielectric), Terms::of_dielectric(boundary)),
             Self::Each(..) => (None, of_color(Rgb::grey(lanes.splat(0.0)))),
         }
     }
@@ -207,7 +254,7 @@ impl<L: Lanes> Bsdfs<L> {
                 let (direction, scatter) = mirror.sample(known, transport);
                 Some((direction, u.lanes().mask(0), scatter))
             }
-            Self::Diffuse(_) | Self::MetallicRoughness(_) | Self::Each(..) => None,
+            Self::Diffuse(_) | Self::MetallicRoughness(_) | Self::Dielectric(_) | Self::Each(..) => None,
         }
     }
 
@@ -243,6 +290,7 @@ impl<L: Lanes> Bsdfs<L> {
             Self::Diffuse(Diffuse { albedo }) => !albedo.is_black(),
             Self::Glass(_) | Self::Pane(_) | Self::Mirror(_) => lanes.mask(0),
             Self::MetallicRoughness(metallic) => metallic.has_continuous(),
+            Self::Dielectric(boundary) => boundary.has_continuous(),
             Self::Each(bsdfs, which) => *which & lanes.condition(|k| L::lane(bsdfs, k).has_continuous()),
         }
     }
@@ -250,6 +298,6 @@ impl<L: Lanes> Bsdfs<L> {
     /// Whether light may pass the surfaces.
     #[inline(always)]
     pub fn may_transmit(&self) -> bool {
-        matches!(self, Self::Glass(_) | Self::Pane(_) | Self::Each(..))
+        matches!(self, Self::Glass(_) | Self::Pane(_) | Self::Dielectric(_) | Self::Each(..))
     }
 }

@@ -3,13 +3,16 @@
 use glam::Vec3;
 
 use super::{
-    BsdfSample, GRAZING, Glass, Lobe, Scatter, ScatterEvent, Transport, albedo, fresnel,
-    layer::{Coat, Grazing, Ways, product_lobe},
+    Across, BsdfSample, Glass, Lobe, Scatter, ScatterEvent, Transport, albedo, fresnel, is_grazing,
+    layer::{Coat, Grazing, product_lobe},
     microfacet::{Ggx, SMOOTH_ALPHA},
     mirrored,
-    transmitting::{Clear, End, Transmitting},
+    transmitting::{Clear, End, Plastic, Transmitting},
 };
-use crate::math::Rgb;
+use crate::{
+    lanes::{Float, Lanes, Mask, Select, Vector},
+    math::Rgb,
+};
 
 /// A dielectric boundary: index 1 outside (z > 0), `ior` inside. To the fraction `transmission` it is clear, with exact
 /// Fresnel reflection, and to the rest plastic, which scatters what enters it diffusely back to the side it came from.
@@ -18,66 +21,46 @@ use crate::math::Rgb;
 /// *Microfacet Models for Refraction through Rough Surfaces*, with visible normals (Heitz 2014), and what meets a
 /// second facet is scattered to both sides (Kulla & Conty 2017), so that clear glass loses nothing.
 #[derive(Clone, Copy, Debug)]
-pub struct Dielectric {
+pub struct Dielectric<V: Vector = Vec3> {
     /// The tint of refraction and of the diffuse remainder, in [0, 1] per channel.
-    pub color: Rgb,
+    pub color: Rgb<V>,
     /// The index of refraction inside, positive. Within 1e-4 of 1 the boundary only tints.
-    pub ior: f32,
+    pub ior: V::F,
     /// GGX's α, the square of glTF's roughness; smooth below 1e-3.
-    pub alpha: f32,
+    pub alpha: V::F,
     /// The fraction of the base that refracts, in [0, 1].
-    pub transmission: f32,
+    pub transmission: V::F,
 }
 
-impl Dielectric {
-    #[inline]
-    fn surface(&self) -> Transmitting {
-        Transmitting {
+impl<V: Vector> Dielectric<V> {
+    /// What does not depend on any direction.
+    #[inline(always)]
+    fn known(&self) -> Known<V> {
+        let zero = self.alpha.lanes().splat(0.0);
+        let surface = Transmitting {
             color: self.color,
             transmission: self.transmission,
-            coat: Coat::of_ior(self.ior, self.is_matched()),
-            alpha: if self.is_smooth() { 0.0 } else { self.alpha },
-        }
+            coat: Coat::of_ior(self.ior, self.smooth().is_matched()),
+            alpha: self.is_smooth().select(zero, self.alpha),
+        };
+        Known { surface, plastic: surface.plastic(), between: self.between(), grazing: Grazing::new(surface.alpha) }
     }
 
     /// The boundary, if it were smooth and clear: what bends light is the same in any case.
     #[inline(always)]
-    fn smooth(&self) -> Glass {
+    pub(crate) fn smooth(&self) -> Glass<V> {
         Glass { color: self.color, ior: self.ior }
     }
 
-    /// The boundary, if there is nothing else: smooth and clear, whatever the index inside. The common case.
     #[inline(always)]
-    pub(super) fn glass(&self) -> Option<Glass> {
-        (self.transmission == 1.0 && self.alpha < SMOOTH_ALPHA).then_some(self.smooth())
+    fn is_smooth(&self) -> <V::Lanes as Lanes>::M {
+        self.alpha.lt(self.alpha.lanes().splat(SMOOTH_ALPHA)) | self.smooth().is_matched()
     }
 
-    #[inline]
-    fn is_matched(&self) -> bool {
-        self.smooth().is_matched()
-    }
-
-    #[inline]
-    fn is_smooth(&self) -> bool {
-        self.alpha < SMOOTH_ALPHA || self.is_matched()
-    }
-
-    /// The index of refraction on the side of `w`.
-    #[inline]
-    fn eta(&self, w: Vec3) -> f32 {
-        self.smooth().eta(w.z)
-    }
-
-    /// η across the boundary over η on the side of `w`.
-    #[inline]
-    fn eta_across(&self, w: Vec3) -> f32 {
-        self.smooth().eta_across(w.z)
-    }
-
-    /// Reflectance of the smooth boundary towards `w`.
-    #[inline]
-    fn fresnel(&self, w: Vec3) -> f32 {
-        fresnel::dielectric(w.z.abs(), self.eta_across(w))
+    /// Reflectance of the smooth boundary towards directions of this cosine.
+    #[inline(always)]
+    fn fresnel(&self, cos: V::F) -> V::F {
+        fresnel::dielectric(cos.abs(), self.smooth().eta_across(cos))
     }
 
     /// What is known of the rough clear boundary before any direction is; nothing where there is none.
@@ -85,168 +68,220 @@ impl Dielectric {
     /// Of the light between facets, the fraction c (1 − F_avg) M' crosses, M' the mean of what is missing on the other
     /// side: as η² (1 − F_avg) is the same from both sides, so is η² M c (1 − F_avg) M', as reciprocity asks. c makes
     /// the larger of M and M' one.
-    #[inline]
-    fn between(&self) -> Option<[Between; 2]> {
-        if self.is_smooth() || self.transmission == 0.0 {
+    #[inline(always)]
+    fn between(&self) -> Option<Between<V>> {
+        let (zero, one) = (self.alpha.lanes().splat(0.0), self.alpha.lanes().splat(1.0));
+        let some = !(self.is_smooth() | self.transmission.eq(zero));
+        if !some.any() {
             return None;
         }
-        let eta = [self.eta_across(Vec3::Z), self.eta_across(-Vec3::Z)];
-        let missing = eta.map(|eta| albedo::boundary_missing_average(self.alpha, eta));
+        let eta = [self.smooth().eta_across(one), self.smooth().eta_across(-one)];
+        let missing = [
+            albedo::boundary_missing_average(self.alpha, eta[0]),
+            albedo::boundary_missing_average(self.alpha, eta[1]),
+        ];
         let most = missing[0].max(missing[1]);
-        let side = |i: usize| Between {
-            average: missing[i],
-            crosses: (1.0 - fresnel::mean_dielectric(eta[i])) * missing[1 - i] / most,
-        };
-        Some([side(0), side(1)])
+        let crosses = [
+            (one - fresnel::mean_dielectric(eta[0])) * missing[1] / most,
+            (one - fresnel::mean_dielectric(eta[1])) * missing[0] / most,
+        ];
+        Some(Between { some, average: missing, crosses })
     }
 
-    /// What the clear boundary does with light from `w`, of which the smooth one reflects `fresnel`.
-    #[inline]
-    fn clear(&self, w: Vec3, fresnel: f32, between: Option<&[Between; 2]>) -> Clear {
-        let Some(between) = between else {
-            return Clear { fresnel, missing: 0.0, crosses: 0.0 };
-        };
-        let missing = albedo::boundary_missing(w.z.abs(), self.alpha, self.eta_across(w));
-        Clear { fresnel, missing, crosses: between[side(w)].crosses }
-    }
-
-    /// The ways of sampling from `w`; `fresnel` is what the smooth boundary reflects.
-    #[inline(never)]
-    fn ways(&self, surface: Transmitting, w: Vec3, fresnel: f32) -> Ways {
-        surface.end(w, self.clear(w, fresnel, self.between().as_ref()), surface.plastic()).ways
-    }
-
-    /// The probability of sampling a facet from `w`; `fresnel` is what the smooth boundary reflects.
+    /// What happens towards `w`, of which the smooth boundary reflects `fresnel`.
     #[inline(always)]
-    fn facet_probability(&self, surface: Transmitting, w: Vec3, fresnel: f32) -> f32 {
-        if self.glass().is_some() { 1.0 } else { self.ways(surface, w, fresnel).facet_probability() }
+    fn end(&self, known: &Known<V>, w: V, fresnel: V::F) -> End<V> {
+        let ([_, _, z], zero) = (w.coordinates(), fresnel.lanes().splat(0.0));
+        let mut clear = Clear { fresnel, missing: zero, crosses: zero };
+        if let Some(Between { some, crosses, .. }) = known.between {
+            let missing = albedo::boundary_missing(z.abs(), self.alpha, self.smooth().eta_across(z));
+            clear.missing = some.select(missing, zero);
+            clear.crosses = some.select(of_side(z, crosses), zero);
+        }
+        known.surface.end(w, clear, known.plastic)
+    }
+
+    /// [`Self::end`], the smooth boundary being as it is.
+    #[inline(always)]
+    fn end_towards(&self, known: &Known<V>, w: V) -> End<V> {
+        let [_, _, z] = w.coordinates();
+        self.end(known, w, self.fresnel(z))
     }
 
     /// What leaves the clear boundary after several facets, 1/sr, before the tint.
-    #[inline]
-    fn multiple(&self, camera: &End, light: &End, between: &[Between; 2]) -> f32 {
+    #[inline(always)]
+    fn multiple(&self, camera: &End<V>, light: &End<V>, between: &Between<V>) -> V::F {
         let (c, l) = (camera.clear, light.clear);
-        let lobe = product_lobe(c.missing, l.missing, between[side(light.direction)].average);
-        if side(camera.direction) == side(light.direction) {
-            (1.0 - c.crosses) * lobe
-        } else {
-            let eta = self.relative_ior(camera.direction, light.direction);
-            c.crosses * lobe / (eta * eta)
-        }
+        let (zero, one) = (c.missing.lanes().splat(0.0), c.missing.lanes().splat(1.0));
+        let lobe = product_lobe(c.missing, l.missing, of_side(light.cos(), between.average));
+        let eta = self.smooth().relative_ior(camera.cos(), light.cos());
+        let same_side = !(zero.lt(camera.cos()) & light.cos().le(zero) | camera.cos().le(zero) & zero.lt(light.cos()));
+        let value = same_side.select((one - c.crosses) * lobe, c.crosses * lobe / (eta * eta));
+        between.some.select(value, zero)
     }
 
     /// The diffuse and the rough specular lobe.
-    #[inline]
-    fn lobes(&self, to_camera: Vec3, to_light: Vec3) -> (Scatter, Scatter) {
-        let surface = self.surface();
-        let plastic = surface.plastic();
-        let between = self.between();
-        let end = |w: Vec3| surface.end(w, self.clear(w, self.fresnel(w), between.as_ref()), plastic);
-        let (camera, light) = (end(to_camera), end(to_light));
-        let (diffuse, multiple) = surface.smooth_lobes(&camera, &light, plastic);
-        if self.is_smooth() {
-            return (diffuse, Scatter::ZERO);
+    #[inline(always)]
+    fn lobes(&self, known: &Known<V>, camera: &End<V>, light: &End<V>) -> [Scatter<V::Lanes>; 2] {
+        let (lanes, surface, smooth) = (self.alpha.lanes(), known.surface, self.is_smooth());
+        let (diffuse, multiple) = surface.smooth_lobes(camera, light, known.plastic, known.grazing);
+        let nothing = Scatter::nothing(lanes);
+        if !(!smooth).any() {
+            return [diffuse, nothing];
         }
-        let (p_camera, p_light) = (camera.ways.facet_probability(), light.ways.facet_probability());
-        let clear = between.map_or(0.0, |between| self.multiple(&camera, &light, &between));
-        let ggx = Ggx::<Vec3> { alpha: self.alpha };
-        let specular = if to_camera.z * to_light.z > 0.0 {
-            let facet = ggx.reflect(to_camera, to_light);
-            let f = fresnel::dielectric(facet.cos_camera, self.eta_across(to_camera));
-            let q = surface.reflection_probability(f, facet.cos_camera);
-            let mut lobe =
-                facet.scatter(Rgb::splat(surface.reflectance(f, facet.cos_camera)), p_camera * q, p_light * q);
-            lobe.f += Rgb::splat(multiple + self.transmission * clear);
-            lobe
-        } else {
-            let facet = ggx.refract(to_camera, to_light, self.eta(to_camera), self.eta(to_light));
-            let f = fresnel::dielectric_pair(facet.cos_camera, facet.cos_light, self.eta_across(to_camera));
-            let q = |cos| surface.transmission_probability(f, cos);
-            let mut lobe = facet.scatter(
-                surface.transmittance() * (1.0 - f),
-                p_camera * q(facet.cos_camera),
-                p_light * q(facet.cos_light),
-            );
-            lobe.f += surface.transmittance() * clear;
-            lobe
+        let clear = match &known.between {
+            Some(between) => self.multiple(camera, light, between),
+            None => lanes.splat(0.0),
         };
-        (diffuse, specular)
+        let same_side = lanes.splat(0.0).lt(camera.cos() * light.cos());
+        let (mut reflected, mut refracted) = (nothing, nothing);
+        if same_side.any() {
+            reflected = self.reflected(surface, camera, light);
+            reflected.f = reflected.f + Rgb::grey(multiple + self.transmission * clear);
+        }
+        if (!same_side).any() {
+            refracted = self.refracted(surface, camera, light);
+            refracted.f = refracted.f + surface.transmittance().times(clear);
+        }
+        [diffuse, Scatter::select(same_side, reflected, refracted).only(!smooth)]
+    }
+
+    /// By one facet, which reflects.
+    #[inline(always)]
+    fn reflected(&self, surface: Transmitting<V>, camera: &End<V>, light: &End<V>) -> Scatter<V::Lanes> {
+        let facet = Ggx::<V> { alpha: self.alpha }.reflect(camera.direction, light.direction);
+        let f = fresnel::dielectric(facet.cos_camera, self.smooth().eta_across(camera.cos()));
+        let q = surface.reflection_probability(f, facet.cos_camera);
+        let (p_camera, p_light) = (camera.ways.facet_probability() * q, light.ways.facet_probability() * q);
+        facet.scatter(Rgb::grey(surface.reflectance(f, facet.cos_camera)), p_camera, p_light)
+    }
+
+    /// By one facet, which refracts.
+    #[inline(always)]
+    fn refracted(&self, surface: Transmitting<V>, camera: &End<V>, light: &End<V>) -> Scatter<V::Lanes> {
+        let eta = [self.smooth().eta(camera.cos()), self.smooth().eta(light.cos())];
+        let facet = Ggx::<V> { alpha: self.alpha }.refract(camera.direction, light.direction, eta[0], eta[1]);
+        let across = self.smooth().eta_across(camera.cos());
+        let f = fresnel::dielectric_pair(facet.cos_camera, facet.cos_light, across);
+        let p_camera = camera.ways.facet_probability() * surface.transmission_probability(f, facet.cos_camera);
+        let p_light = light.ways.facet_probability() * surface.transmission_probability(f, facet.cos_light);
+        facet.scatter(surface.transmittance().times(f.lanes().splat(1.0) - f), p_camera, p_light)
+    }
+
+    /// The continuous part between two directions.
+    #[inline(always)]
+    pub(crate) fn continuous(&self, to_camera: V, to_light: V) -> Scatter<V::Lanes> {
+        let known = self.known();
+        let (camera, light) = (self.end_towards(&known, to_camera), self.end_towards(&known, to_light));
+        let [diffuse, specular] = self.lobes(&known, &camera, &light);
+        Scatter::sum(diffuse, specular)
+    }
+
+    /// The delta between two directions of which one is the other mirrored or refracted.
+    #[inline(always)]
+    fn delta(&self, known: &Known<V>, to_camera: V, to_light: V) -> Scatter<V::Lanes> {
+        let ([_, _, camera], [_, _, light]) = (to_camera.coordinates(), to_light.coordinates());
+        let (zero, one) = (camera.lanes().splat(0.0), camera.lanes().splat(1.0));
+        let (same_side, surface) = (zero.lt(camera * light), known.surface);
+        let (cos_camera, cos_light) = (camera.abs(), light.abs());
+        let eta = self.smooth().eta_across(camera);
+        let cos_t = same_side.select(fresnel::refracted_cos(cos_camera, eta), cos_light);
+        let f = fresnel::dielectric_pair(cos_camera, cos_t, eta);
+        let facets = [
+            self.end(known, to_camera, f).ways.facet_probability(),
+            self.end(known, to_light, f).ways.facet_probability(),
+        ];
+        let p = facets[0] * surface.reflection_probability(f, cos_camera);
+        let reflection = Scatter::delta(Rgb::grey(surface.reflectance(f, cos_camera)), light, p, p, one);
+        let q = [
+            facets[0] * surface.transmission_probability(f, cos_camera),
+            facets[1] * surface.transmission_probability(f, cos_light),
+        ];
+        let refraction = self.smooth().refraction((surface.transmittance(), f), q, camera, light);
+        Scatter::select(same_side, reflection, refraction)
+    }
+
+    /// A direction across from `known`: none for a grazing one, nor where a facet sends light to the wrong side of the
+    /// surface, where it would meet another facet.
+    #[inline(always)]
+    pub(crate) fn sample_in_lanes(&self, from: V, transport: Transport, [u, v, w]: [V::F; 3]) -> Across<V> {
+        let ([_, _, z], lanes) = (from.coordinates(), w.lanes());
+        let (zero, one) = (lanes.splat(0.0), lanes.splat(1.0));
+        let (known, smooth, eta) = (self.known(), self.is_smooth(), self.smooth().eta_across(z));
+        let end = self.end_towards(&known, from);
+        let p = end.ways.facet_probability();
+        let by_facets = !p.le(w);
+        let rough = by_facets & !smooth;
+        let mut h = V::new(zero, zero, one.copysign(z));
+        if rough.any() {
+            h = rough.select(Ggx::<V> { alpha: self.alpha }.sample_visible(from, [u, v], rough), h);
+        }
+        let cos = from.dot(h);
+        let cos_t = fresnel::refracted_cos(cos, eta);
+        let f = fresnel::dielectric_pair(cos, cos_t, eta);
+        let reflects = w.lt(p * known.surface.reflection_probability(f, cos));
+        let of_smooth = reflects.select(mirrored(from), fresnel::refracted(from, cos_t, eta));
+        let mut direction = of_smooth;
+        if rough.any() {
+            let of_rough = reflects.select(fresnel::reflect(from, h, cos), fresnel::refract(from, h, cos, cos_t, eta));
+            direction = rough.select(of_rough, of_smooth);
+        }
+        let [_, _, sampled] = direction.coordinates();
+        let is_lost = by_facets & (zero.lt(sampled * z) & !reflects | !zero.lt(sampled * z) & reflects);
+        if (!by_facets).any() {
+            let other = end.ways.sample(from, known.grazing, [u, v, w], !by_facets);
+            direction = by_facets.select(direction, other);
+        }
+        let across = self.end_towards(&known, direction);
+        let (camera, light) = transport.sides(&end, &across);
+        let [diffuse, specular] = self.lobes(&known, camera, light);
+        let (mut scatter, is_delta) = (Scatter::sum(diffuse, specular), by_facets & smooth);
+        if is_delta.any() {
+            let delta = self.delta(&known, camera.direction, light.direction);
+            scatter = Scatter::select(is_delta, delta, scatter);
+        }
+        let scatter = scatter.only(!(is_lost | is_grazing(z)));
+        Across { direction, is_delta, is_second: !reflects, scatter }
+    }
+
+    /// See [`super::Bsdf::has_continuous`].
+    #[inline(always)]
+    pub fn has_continuous(&self) -> <V::Lanes as Lanes>::M {
+        !self.is_smooth() | !self.color.times(self.alpha.lanes().splat(1.0) - self.transmission).is_black()
+    }
+}
+
+impl Dielectric {
+    /// The boundary, if there is nothing else: smooth and clear, whatever the index inside. The common case.
+    #[inline(always)]
+    pub(super) fn glass(&self) -> Option<Glass> {
+        (self.transmission == 1.0 && self.alpha < SMOOTH_ALPHA).then_some(self.smooth())
     }
 
     /// See [`super::Bsdf::eval`].
     #[inline]
     pub fn eval(&self, lobe: Lobe, to_camera: Vec3, to_light: Vec3) -> Scatter {
         let same_side = to_camera.z * to_light.z > 0.0;
-        let Lobe::Delta(k) = lobe else {
-            let (diffuse, specular) = self.lobes(to_camera, to_light);
-            return Scatter::sum(diffuse, specular);
-        };
+        let Lobe::Delta(k) = lobe else { return self.continuous(to_camera, to_light) };
         if !self.is_smooth() || k != u8::from(!same_side) {
             return Scatter::ZERO;
         }
         if let Some(glass) = self.glass() {
             return glass.between(to_camera.z, to_light.z);
         }
-        let surface = self.surface();
-        let (cos_camera, cos_light) = (to_camera.z.abs(), to_light.z.abs());
-        if same_side {
-            let f = self.fresnel(to_camera);
-            let p = self.facet_probability(surface, to_camera, f) * surface.reflection_probability(f, cos_camera);
-            Scatter::delta(Rgb::splat(surface.reflectance(f, cos_camera)), to_light.z, p, p, 1.0)
-        } else {
-            let f = fresnel::dielectric_pair(cos_camera, cos_light, self.eta_across(to_camera));
-            let p = |w: Vec3| self.facet_probability(surface, w, f) * surface.transmission_probability(f, w.z.abs());
-            let p = [p(to_camera), p(to_light)];
-            self.smooth().refraction((surface.transmittance(), f), p, to_camera.z, to_light.z)
-        }
+        self.delta(&self.known(), to_camera, to_light)
     }
 
     /// See [`super::Bsdf::sample`].
     #[inline]
     pub fn sample(&self, known: Vec3, transport: Transport, u: Vec3) -> Option<BsdfSample> {
-        if known.z.abs() < GRAZING {
-            return None;
-        }
         if let Some(glass) = self.glass() {
             let (direction, refracts, scatter) = glass.sample(known, transport, u.z);
             return BsdfSample::checked(direction, Lobe::Delta(refracts.into()), scatter, transport);
         }
-        let surface = self.surface();
-        let ways = self.ways(surface, known, self.fresnel(known));
-        let p = ways.facet_probability();
-        let (direction, lobe) = if u.z >= p {
-            (ways.sample(known, Grazing::new(surface.alpha), u.into(), true), Lobe::Continuous)
-        } else {
-            let smooth = self.is_smooth();
-            let h = if smooth {
-                Vec3::Z.copysign(Vec3::splat(known.z))
-            } else {
-                Ggx::<Vec3> { alpha: self.alpha }.sample_visible(known, [u.x, u.y], true)
-            };
-            let (cos, eta) = (known.dot(h), self.eta_across(known));
-            let cos_t = fresnel::refracted_cos(cos, eta);
-            let f = fresnel::dielectric_pair(cos, cos_t, eta);
-            let reflects = u.z < p * surface.reflection_probability(f, cos);
-            let direction = match (smooth, reflects) {
-                (true, true) => mirrored(known),
-                (true, false) => fresnel::refracted(known, cos_t, eta),
-                (false, true) => fresnel::reflect(known, h, cos),
-                (false, false) => fresnel::refract(known, h, cos, cos_t, eta),
-            };
-            // A facet may send light to the wrong side of the surface, where it would meet another facet: lost here.
-            if (direction.z * known.z > 0.0) != reflects {
-                return None;
-            }
-            (direction, if smooth { Lobe::Delta(u8::from(!reflects)) } else { Lobe::Continuous })
-        };
-        let (to_camera, to_light) = transport.sides(known, direction);
-        BsdfSample::checked(direction, lobe, self.eval(lobe, to_camera, to_light), transport)
-    }
-
-    /// See [`super::Bsdf::has_continuous`].
-    #[inline]
-    pub fn has_continuous(&self) -> bool {
-        !self.is_smooth() || self.surface().albedo() != Rgb::ZERO
+        let Across { direction, is_delta, is_second, scatter } = self.sample_in_lanes(known, transport, u.into());
+        let lobe = if is_delta { Lobe::Delta(is_second.into()) } else { Lobe::Continuous };
+        BsdfSample::checked(direction, lobe, scatter, transport)
     }
 
     /// See [`super::Bsdf::delta_count`].
@@ -261,7 +296,10 @@ impl Dielectric {
         if !self.is_smooth() {
             return 1.0;
         }
-        1.0 - self.facet_probability(self.surface(), known, self.fresnel(known))
+        if self.glass().is_some() {
+            return 0.0;
+        }
+        1.0 - self.end_towards(&self.known(), known).ways.facet_probability()
     }
 
     /// See [`super::Bsdf::continuous_transmits`].
@@ -273,7 +311,9 @@ impl Dielectric {
     /// See [`super::Bsdf::event`].
     #[inline]
     pub fn continuous_event(&self, to_camera: Vec3, to_light: Vec3) -> ScatterEvent {
-        let (diffuse, specular) = self.lobes(to_camera, to_light);
+        let known = self.known();
+        let (camera, light) = (self.end_towards(&known, to_camera), self.end_towards(&known, to_light));
+        let [diffuse, specular] = self.lobes(&known, &camera, &light);
         ScatterEvent::dominant(&diffuse, &specular)
     }
 
@@ -284,17 +324,28 @@ impl Dielectric {
     }
 }
 
-/// What happens on one side of a rough clear boundary to light that meets a second facet.
+/// What is the same towards all directions.
 #[derive(Clone, Copy, Debug)]
-struct Between {
-    /// The cosine-weighted mean part of all light that does.
-    average: f32,
-    /// The fraction of it that comes out on the other side.
-    crosses: f32,
+struct Known<V: Vector> {
+    surface: Transmitting<V>,
+    plastic: Option<Plastic<V::F>>,
+    between: Option<Between<V>>,
+    grazing: Grazing<V::F>,
 }
 
-/// Which of [`Dielectric::between`]'s sides `w` is on: 0 above.
-#[inline]
-fn side(w: Vec3) -> usize {
-    usize::from(w.z <= 0.0)
+/// What happens on each side of a rough clear boundary, above first, to light that meets a second facet.
+#[derive(Clone, Copy, Debug)]
+struct Between<V: Vector> {
+    /// Where there is such a boundary.
+    some: <V::Lanes as Lanes>::M,
+    /// The cosine-weighted mean part of all light that does.
+    average: [V::F; 2],
+    /// The fraction of it that comes out on the other side.
+    crosses: [V::F; 2],
+}
+
+/// What is so on the side of a direction of this cosine.
+#[inline(always)]
+fn of_side<F: Float>(cos: F, [above, below]: [F; 2]) -> F {
+    cos.le(cos.lanes().splat(0.0)).select(below, above)
 }

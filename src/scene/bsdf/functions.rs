@@ -1,6 +1,6 @@
 //! Functions of the system's library, lane by lane.
 
-use crate::lanes::{Float, Lanes, MOST, Mask};
+use crate::lanes::{Float, Lanes, MOST, Mask, Select};
 
 /// sin x and cos x in the lanes `which`.
 #[inline(always)]
@@ -27,16 +27,17 @@ pub(super) fn exp_m1<F: Float>(x: F, which: <F::Lanes as Lanes>::M) -> F {
 /// ln(1 + x), for numbers of which many are the same.
 #[inline(always)]
 pub(super) fn ln_1p<F: Float>(x: F) -> F {
-    let (lanes, x) = (x.lanes(), x.all());
-    let (mut last, mut logarithm) = (0.0, 0.0);
-    let mut logarithms = [0.0; MOST];
-    for k in 0..F::Lanes::N {
-        if x[k] != last {
-            (last, logarithm) = (x[k], alone::ln_1p(x[k]));
-        }
-        logarithms[k] = logarithm;
+    let (lanes, all) = (x.lanes(), x.all());
+    let (mut left, mut logarithm) = (lanes.first(F::Lanes::N).bits(), x);
+    while left != 0 {
+        let k = left.trailing_zeros();
+        let number = all[k as usize];
+        let same = x.eq(lanes.splat(number));
+        logarithm = same.select(lanes.splat(alone::ln_1p(number)), logarithm);
+        // NaN is not even the same as itself.
+        left &= !(same.bits() | 1 << k);
     }
-    lanes.load(&logarithms)
+    logarithm
 }
 
 /// Out of line, for one lane of many.

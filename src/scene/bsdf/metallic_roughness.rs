@@ -3,7 +3,7 @@
 use glam::Vec3;
 
 use super::{
-    BsdfSample, Lobe, Mirror, Scatter, ScatterEvent, Transport,
+    Across, BsdfSample, Lobe, Mirror, Scatter, ScatterEvent, Transport,
     albedo::Split,
     fresnel, is_grazing,
     layer::{Coat, Grazing, MEAN_SCHLICK_WEIGHT, Ways, mean_reflectance, multiple, product_lobe, smooth_lobe},
@@ -154,7 +154,7 @@ impl<V: Vector> MetallicRoughness<V> {
 
     /// The continuous part between two directions.
     #[inline(always)]
-    pub(crate) fn between(&self, to_camera: V, to_light: V) -> Scatter<V::Lanes> {
+    pub(crate) fn continuous(&self, to_camera: V, to_light: V) -> Scatter<V::Lanes> {
         let hemisphere = self.hemisphere();
         let ends = [self.end(to_camera, &hemisphere), self.end(to_light, &hemisphere)];
         self.between_ends(&hemisphere, (to_camera, &ends[0]), (to_light, &ends[1]))
@@ -181,15 +181,9 @@ impl<V: Vector> MetallicRoughness<V> {
         Scatter::delta(reflectance, cos_light, p, p, p.lanes().splat(1.0)).only(!leaves_side(to_camera, to_light))
     }
 
-    /// A direction across from `known`, where it belongs to the delta, and the value and the densities there: none for
-    /// a grazing one.
+    /// A direction across from `known`: none for a grazing one.
     #[inline(always)]
-    pub(crate) fn sample_in_lanes(
-        &self,
-        known: V,
-        transport: Transport,
-        [u, v, w]: [V::F; 3],
-    ) -> (V, <V::Lanes as Lanes>::M, Scatter<V::Lanes>) {
+    pub(crate) fn sample_in_lanes(&self, known: V, transport: Transport, [u, v, w]: [V::F; 3]) -> Across<V> {
         let ([_, _, z], smooth) = (known.coordinates(), self.is_smooth());
         let hemisphere = self.hemisphere();
         let from = self.end(known, &hemisphere);
@@ -211,7 +205,7 @@ impl<V: Vector> MetallicRoughness<V> {
         if is_delta.any() {
             scatter = Scatter::select(is_delta, self.mirroring(to_camera, to_light, &from), scatter);
         }
-        (direction, is_delta, scatter.only(!is_grazing(z)))
+        Across { direction, is_delta, is_second: w.lanes().mask(0), scatter: scatter.only(!is_grazing(z)) }
     }
 
     /// See [`super::Bsdf::has_continuous`].
@@ -260,7 +254,7 @@ impl MetallicRoughness {
             return Scatter::ZERO;
         }
         match lobe {
-            Lobe::Continuous => self.between(to_camera, to_light),
+            Lobe::Continuous => self.continuous(to_camera, to_light),
             Lobe::Delta(0) if self.is_smooth() => {
                 if let Some(mirror) = self.mirror() {
                     return mirror.between(to_camera.z, to_light.z);
@@ -278,7 +272,7 @@ impl MetallicRoughness {
             let (direction, scatter) = mirror.sample(known, transport);
             return BsdfSample::checked(direction, Lobe::Delta(0), scatter, transport);
         }
-        let (direction, is_delta, scatter) = self.sample_in_lanes(known, transport, u.into());
+        let Across { direction, is_delta, scatter, .. } = self.sample_in_lanes(known, transport, u.into());
         let lobe = if is_delta { Lobe::Delta(0) } else { Lobe::Continuous };
         BsdfSample::checked(direction, lobe, scatter, transport)
     }

@@ -30,7 +30,7 @@ use crate::{
     sampling::{PdfSolidAngle, warp},
 };
 
-pub use bsdfs::{Bsdfs, Kind, Terms};
+pub use bsdfs::{Across, Bsdfs, Kind, Terms};
 pub use dielectric::Dielectric;
 pub use diffuse::Diffuse;
 pub use directions::Directions;

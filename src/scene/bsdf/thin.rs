@@ -84,7 +84,7 @@ impl ThinDielectric {
     fn lobes(&self, to_camera: Vec3, to_light: Vec3) -> (Scatter, Scatter) {
         let surface = self.surface();
         let (camera, light) = (self.end(to_camera), self.end(to_light));
-        let (diffuse, multiple) = surface.smooth_lobes(&camera, &light, surface.plastic());
+        let (diffuse, multiple) = surface.smooth_lobes(&camera, &light, surface.plastic(), Grazing::new(surface.alpha));
         if self.is_smooth() {
             return (diffuse, Scatter::ZERO);
         }
