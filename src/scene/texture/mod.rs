@@ -235,16 +235,21 @@ impl Texture {
     pub fn lookup(&self, uv: Vec2) -> Vec4 {
         let place = self.place(uv);
         match self.filter {
-            Filter::Nearest => self.wrapped(place.floor()),
+            Filter::Nearest => {
+                let texel = place.floor();
+                self.image.texel(self.wrapped(0, texel.x), self.wrapped(1, texel.y), self.encoding)
+            }
             Filter::Bilinear => {
                 let place = place - 0.5;
                 let corner = place.floor();
                 let f = place - corner;
-                let row = |y: f32| {
-                    let (a, b) = (self.wrapped(corner + Vec2::new(0.0, y)), self.wrapped(corner + Vec2::new(1.0, y)));
+                let (x, y) = ([corner.x, corner.x + 1.0], [corner.y, corner.y + 1.0]);
+                let (x, y) = (x.map(|x| self.wrapped(0, x)), y.map(|y| self.wrapped(1, y)));
+                let row = |y: u32| {
+                    let [a, b] = x.map(|x| self.image.texel(x, y, self.encoding));
                     a + (b - a) * f.x
                 };
-                let (top, bottom) = (row(0.0), row(1.0));
+                let (top, bottom) = (row(y[0]), row(y[1]));
                 top + (bottom - top) * f.y
             }
         }
@@ -296,10 +301,10 @@ impl Texture {
         if place.is_finite() { place } else { Vec2::ZERO }
     }
 
+    /// The texel that stands for a whole coordinate along an axis.
     #[inline]
-    fn wrapped(&self, texel: Vec2) -> Vec4 {
-        let x = self.wrap[0].texel(texel.x as i64, self.image.width);
-        let y = self.wrap[1].texel(texel.y as i64, self.image.height);
-        self.image.texel(x, y, self.encoding)
+    fn wrapped(&self, axis: usize, coordinate: f32) -> u32 {
+        let n = [self.image.width, self.image.height][axis];
+        self.wrap[axis].texel(coordinate as i64, n)
     }
 }
