@@ -50,7 +50,8 @@ impl Group {
 /// In which lanes surfaces have a BSDF of each kind, and last in which of none: a bit for each lane.
 type Others = [u32; KINDS + 1];
 
-/// Where the walks of the lanes `which` of the group from the `at`-th on come to; and in which lanes there is a surface.
+/// Where the walks of the lanes `which` of the group from the `at`-th on come to; and in which lanes there is a
+/// surface.
 #[inline(always)]
 fn come_to_others(
     scene: &Scene,
