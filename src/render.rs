@@ -237,7 +237,8 @@ impl<'a> Renderer<'a> {
         };
         let from_light = self.sweep(Sweep::Light, |part, scratch| (task(part, scratch), scratch.take_kept()));
         let (mut results, kept): (Vec<_>, Vec<_>) = from_light.into_iter().unzip();
-        let map = LightVertexMap::new(&kept.concat(), radius);
+        let map = LightVertexMap::new(&kept, radius);
+        drop(kept);
         results.extend(self.sweep(Sweep::Camera(&map), task));
         results
     }
@@ -332,8 +333,9 @@ impl<'a> Renderer<'a> {
                 Sweep::Whole => {}
                 Sweep::Light => {
                     stage.connects = Connects::No;
-                    let first = pixel.number(self.scene.camera.sensor()) * self.integrator.techniques().light_paths();
-                    stage.keeps = (stage.splats == Splats::Yes).then_some(first);
+                    let light_paths = self.integrator.techniques().light_paths();
+                    let first = || pixel.number(self.scene.camera.sensor()) * light_paths;
+                    stage.keeps = (stage.splats == Splats::Yes).then(first);
                 }
                 Sweep::Camera(_) => stage.splats = Splats::No,
             }
@@ -404,11 +406,6 @@ impl<'a> Renderer<'a> {
     /// The integrator with its table.
     pub fn integrator(&self) -> &Integrator {
         &self.integrator
-    }
-
-    /// The radii of merges, if there are any.
-    pub fn merge_radius(&self) -> Option<MergeRadius> {
-        self.merge_radius
     }
 
     /// The film with the sums so far.

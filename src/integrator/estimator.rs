@@ -87,13 +87,11 @@ pub trait Sink {
     /// Roulette ended a connection before its ray.
     fn spared_ray(&mut self) {}
 
-    /// Whether all that is deposited has to be a path, with both its subpaths.
-    fn wants_paths(&self) -> bool {
-        true
+    /// What [`Sink::deposit`] gets, of a merge, whose light subpath has to be walked again to be seen. Returns whether
+    /// it is deposited: if not, its path is.
+    fn deposit_unseen(&mut self, _strategy: Strategy, _raster: Raster, _value: Rgb) -> bool {
+        false
     }
-
-    /// What [`Sink::deposit`] gets, of a merge whose path nobody wants to see.
-    fn deposit_merged(&mut self, _strategy: Strategy, _raster: Raster, _value: Rgb) {}
 
     /// A subpath was walked, from the camera (radiance) or from a light (importance), with this many rays.
     fn walked(&mut self, _transport: Transport, _rays: usize) {}
@@ -182,13 +180,17 @@ impl Integrator {
             *walked += 1;
             light.walk_from_light(scene, branch, vertices, self.roulette, samplers.light);
             sink.walked(Transport::Importance, light.steps().len().saturating_sub(1));
-            sink.lost_to_sides(light.take_lost_to_sides());
+            let lost = light.take_lost_to_sides();
+            // Where light vertices are kept for merges, connections are made to a second walk of the same light
+            // subpath.
+            if keeps.is_some() || !self.merges() {
+                sink.lost_to_sides(lost);
+            }
             let steps = light.steps();
             let joined = &steps[..steps.len().min(connected as usize)];
             ends.extend(connectible(joined).map(|s| End { number, s }));
-            if let (Some(first), Some(rivals)) = (keeps, &self.rivals) {
-                let prefixes = (2..=steps.len().min(merged as usize)).map(|k| &steps[..k]);
-                kept.extend(prefixes.filter_map(|p| LightVertex::of(p, light.beginning(), rivals, first + branch)));
+            if let Some(first) = keeps {
+                self.keep(light, merged, first + branch, kept);
             }
             let splatting = if splatted > 0 { light.steps() } else { &[] };
             for (s, y) in (1..).zip(splatting) {
@@ -350,20 +352,33 @@ impl Integrator {
             if value == Rgb::ZERO {
                 return;
             }
-            if has_a_place(value) && !sink.wants_paths() {
-                sink.deposit_merged(meeting.strategy, raster, value);
+            if has_a_place(value) && sink.deposit_unseen(meeting.strategy, raster, value) {
                 return;
             }
-            let branch = y.path() % table.light_paths();
-            let mut numbers = (kept.numbers)(y.path() / table.light_paths());
-            again.walk_from_light(scene, branch, y.vertices(), self.roulette, &mut numbers);
-            let path = JoinedPath::merged(scene, prefix, again.steps(), again.beginning(), &meeting, raster);
-            match path {
-                Some(path) if has_a_place(value) => sink.deposit(&path, value),
-                Some(path) => sink.reject(&path, value),
-                None => {}
-            }
+            self.walk_light_again(scene, y, kept, again);
+            let light = &again.steps()[..y.vertices() as usize];
+            let path = JoinedPath::merged(scene, prefix, light, again.beginning(), &meeting, raster);
+            if has_a_place(value) { sink.deposit(&path, value) } else { sink.reject(&path, value) }
         });
+    }
+
+    /// Keeps the vertices of a light subpath that merge, at most the first `merged`; `path` is its number in the pass.
+    fn keep(&self, light: &Subpath, merged: u32, path: u32, kept: &mut Vec<LightVertex>) {
+        let Some(rivals) = &self.rivals else { return };
+        let steps = light.steps();
+        let prefixes = (2..=steps.len().min(merged as usize)).map(|k| &steps[..k]);
+        kept.extend(prefixes.filter_map(|prefix| LightVertex::of(prefix, light.beginning(), rivals, path)));
+    }
+
+    /// Walks the light subpath of a light vertex as it was walked before, with those of its pixel that took numbers
+    /// before it.
+    fn walk_light_again<S: Sampler>(&self, scene: &Scene, y: &LightVertex, kept: &Kept<'_, S>, again: &mut Subpath) {
+        let (pixel, branch) = (y.path() / self.weighed.light_paths(), y.path() % self.weighed.light_paths());
+        let LightVertices { splatted, merged, .. } = self.evaluated.light_vertices();
+        let mut numbers = (kept.numbers)(pixel);
+        for branch in 0..=branch {
+            again.walk_from_light(scene, branch, splatted.max(merged), self.roulette, &mut numbers);
+        }
     }
 
     /// Whether light vertices of a pass are kept for merges.

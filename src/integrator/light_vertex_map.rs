@@ -21,20 +21,21 @@ impl LightVertexMap {
     /// Of vertices that are to be found within `radius` of a point, in metres.
     ///
     /// # Panics
-    /// If there are 2³² of them.
-    pub fn new(vertices: &[LightVertex], radius: f32) -> Self {
-        let len = u32::try_from(vertices.len()).expect("fewer light vertices than 2³²");
+    /// If there are more than 2³¹ of them.
+    pub fn new(parts: &[Vec<LightVertex>], radius: f32) -> Self {
+        let vertices: Vec<_> = parts.iter().flatten().collect();
+        let len = u32::try_from(vertices.len()).expect("no more light vertices than 2³¹");
         if len == 0 {
             return Self::default();
         }
         let (per_metre, buckets) = (0.5 / radius, len.next_power_of_two());
         let key =
-            |(i, y): (usize, &LightVertex)| u64::from(bucket(cell(y.position, per_metre), buckets)) << 32 | i as u64;
+            |(i, y): (usize, &&LightVertex)| u64::from(bucket(cell(y.position, per_metre), buckets)) << 32 | i as u64;
         let mut order: Vec<_> = vertices.par_iter().enumerate().map(key).collect();
         order.par_sort_unstable();
         let first_from = |bucket: u32| order.partition_point(|key| (key >> 32) < u64::from(bucket)) as u32;
         Self {
-            vertices: order.par_iter().map(|key| vertices[*key as u32 as usize]).collect(),
+            vertices: order.par_iter().map(|key| *vertices[*key as u32 as usize]).collect(),
             starts: (0..=buckets).into_par_iter().map(first_from).collect(),
             per_metre,
         }
@@ -50,11 +51,10 @@ impl LightVertexMap {
         // The radius is half a cell.
         let corner = cell(place - 0.5 / self.per_metre, self.per_metre);
         for k in 0..8 {
-            let wanted = IVec3::new(
-                corner.x.saturating_add(k & 1),
-                corner.y.saturating_add(k >> 1 & 1),
-                corner.z.saturating_add(k >> 2),
-            );
+            let cell_of = |axis: usize| corner[axis].checked_add(k >> axis & 1);
+            // Beyond the last number of a cell there is none.
+            let (Some(x), Some(y), Some(z)) = (cell_of(0), cell_of(1), cell_of(2)) else { continue };
+            let wanted = IVec3::new(x, y, z);
             let bucket = bucket(wanted, buckets) as usize;
             for y in &self.vertices[self.starts[bucket] as usize..self.starts[bucket + 1] as usize] {
                 // Two of the eight cells may share a bucket.
@@ -76,8 +76,9 @@ impl LightVertexMap {
     }
 }
 
-/// What a light vertex takes in a pass, with the map around it; bytes.
-pub const BYTES_OF_A_LIGHT_VERTEX: u64 = 2 * size_of::<LightVertex>() as u64 + 16;
+/// What a light vertex takes at most while the map is made, in bytes: in its tile's list, which may have twice the room
+/// that it needs, in the map, and as a place in the order.
+pub const BYTES_OF_A_LIGHT_VERTEX: u64 = 3 * size_of::<LightVertex>() as u64 + 24;
 
 #[inline]
 fn cell(place: Vec3, per_metre: f32) -> IVec3 {
@@ -102,13 +103,16 @@ mod tests {
     #[test]
     fn all_around_a_place_are_found_once() {
         let mut random = StdRng::seed_from_u64(7);
-        for (middle, size, radius) in
-            [(Vec3::ZERO, 1.0, 0.1), (Vec3::new(1e4, -1e4, 30.0), 4.0, 0.7), (Vec3::ZERO, 1.0, 5.0)]
-        {
+        for (middle, size, radius) in [
+            (Vec3::ZERO, 1.0, 0.1),
+            (Vec3::splat(1e9), 1e3, 0.2),
+            (Vec3::new(1e4, -1e4, 30.0), 4.0, 0.7),
+            (Vec3::ZERO, 1.0, 5.0),
+        ] {
             let mut place = || middle + size * Vec3::from(std::array::from_fn(|_| random.random_range(-1.0..1.0_f32)));
             let places: Vec<_> = (0..500).map(|_| place()).collect();
             let vertices: Vec<_> = (0..).zip(&places).map(|(i, place)| LightVertex::at(*place, i)).collect();
-            let map = LightVertexMap::new(&vertices, radius);
+            let map = LightVertexMap::new(&[vertices], radius);
             assert_eq!(map.len(), places.len());
             for _ in 0..200 {
                 let x = place();

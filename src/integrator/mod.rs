@@ -62,8 +62,12 @@ impl Integrator {
     }
 
     /// An integrator of one's own.
+    ///
+    /// # Panics
+    /// If the table merges, and has no running sums ([`Rivals::of`]) that would weigh what has merged.
     pub fn from_table(table: Techniques, heuristic: Heuristic, roulette: Roulette) -> Self {
         let rivals = Rivals::of(&table, heuristic);
+        assert!(table.radius().is_none() || rivals.is_some(), "merges are weighed by running sums");
         Self { evaluated: table.clone(), weighed: table, heuristic, rivals, roulette, connections: None }
     }
 

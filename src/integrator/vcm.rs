@@ -15,6 +15,7 @@ pub const DESCRIPTION: Description = Description {
     coverage: "every path with a vertex that is not specular, or whose light has an extent",
     table: Table::Strategies(|x| u32::from(x.t >= 1)),
     merges: Merges::Yes,
+    // Merges that share a light path are correlated, which squares would reward.
     heuristic: Heuristic::Balance,
     roulette: Roulette::FromDepth(2),
     sampler: SamplerKind::Sobol,

@@ -20,7 +20,7 @@ use crate::{
     film::{Film, Half},
     integrator::Integrator,
     math::Rgb,
-    path::{Densities, Heuristic, JoinedPath, Strategy, Technique, Techniques},
+    path::{Densities, JoinedPath, Strategy, Technique},
     scene::Scene,
 };
 
@@ -108,8 +108,8 @@ enum Sorting {
     Light(Vec<u32>),
     /// That of the strategy which found it; area sampling has the last.
     Strategy(StrategyIndex),
-    /// The same, without the weight that this table and rule gave.
-    Unweighted(StrategyIndex, Box<Techniques>, Heuristic),
+    /// The same, without the weight that the integrator's table and rule gave.
+    Unweighted(StrategyIndex),
 }
 
 #[derive(Clone, Debug)]
@@ -156,9 +156,7 @@ impl Layers {
                 LayerSet::Classes => classes(&tags)?,
                 LayerSet::Lights => by_light(scene),
                 LayerSet::Strategies => by_strategy(integrator, Sorting::Strategy),
-                LayerSet::Unweighted => by_strategy(integrator, |index| {
-                    Sorting::Unweighted(index, Box::new(integrator.techniques().clone()), integrator.heuristic())
-                }),
+                LayerSet::Unweighted => by_strategy(integrator, Sorting::Unweighted),
             };
             let names = group.names.iter().map(|name| format!("{set}.{name}")).collect();
             groups.push(Group { names, ..group });
@@ -186,8 +184,15 @@ impl Layers {
     }
 
     /// Adds a deposit of the image to the films of the layers that the path belongs to; `films` has one for each, in
-    /// their order.
-    pub(crate) fn deposit(&self, scene: &Scene, path: &JoinedPath, value: Rgb, half: Half, films: &[Film]) {
+    /// their order. The `integrator` is as it was when it found the path.
+    pub(crate) fn deposit(
+        &self,
+        (scene, integrator): (&Scene, &Integrator),
+        path: &JoinedPath,
+        value: Rgb,
+        half: Half,
+        films: &[Film],
+    ) {
         let mut symbols = [0; LONGEST];
         let mut spelled = 0;
         let mut films = films;
@@ -213,9 +218,10 @@ impl Layers {
                     }
                 }
                 Sorting::Strategy(index) => add(index.of(path.technique()).unwrap_or(own.len() - 1)),
-                Sorting::Unweighted(index, techniques, heuristic) => {
+                Sorting::Unweighted(index) => {
                     let i = index.of(path.technique()).unwrap_or(own.len() - 1);
-                    own[i].deposit(path.raster(), value / path.mis_weight(techniques, *heuristic), half);
+                    let weight = path.mis_weight(integrator.techniques(), integrator.heuristic());
+                    own[i].deposit(path.raster(), value / weight, half);
                 }
             }
         }

@@ -181,18 +181,27 @@ impl<'a> JoinedPath<'a> {
         &self.step(i).vertex.point
     }
 
+    /// p_j as the end of the edge from p_i: where a path has merged, the light's side has a point of its own.
+    #[inline]
+    fn end(&self, i: u32, j: u32) -> &'a Point {
+        match self.beside {
+            Some(q) if j + 1 == self.camera.len() as u32 && i > j => &q.vertex.point,
+            _ => self.point(j),
+        }
+    }
+
     /// Whether the light passes to the other side of the surface at p_i, 0 < i < n.
     #[inline]
     pub fn transmits(&self, i: u32) -> bool {
-        let p = self.point(i);
+        let n = self.point(i).normal.as_dvec3();
         let side = |j: u32| {
-            let q = self.point(j);
+            let (p, q) = (self.end(j, i), self.end(i, j));
             // The difference in f64: a grazing step of a rounding's size has a side, too.
             let w = match q.place {
                 Place::Infinite | Place::Film => Edge::between(p, q).direction.as_dvec3(),
                 Place::Surface | Place::Degenerate => q.position.as_dvec3() - p.position.as_dvec3(),
             };
-            p.normal.as_dvec3().dot(w) > 0.0
+            n.dot(w) > 0.0
         };
         side(i - 1) != side(i + 1)
     }
@@ -206,7 +215,7 @@ impl<'a> JoinedPath<'a> {
         }
         let (frame, tilt) = (Frame::around(v.point.shading_normal), Tilt::at(&v.point));
         let towards = |j: u32| {
-            let w = Edge::between(&v.point, &self.step(j).vertex.point).direction;
+            let w = Edge::between(self.end(j, i), self.end(i, j)).direction;
             frame.to_local(if v.point.is_flat() { w } else { tilt.to_shading(w).direction })
         };
         v.point.bsdf.event(v.lobe, towards(i - 1), towards(i + 1))
@@ -353,8 +362,10 @@ impl<'a> JoinedPath<'a> {
 }
 
 impl<'a> JoinedPath<'a> {
-    /// A merge: the last vertex of a camera prefix meets that of the light subpath `prefix`, which has two or more and
-    /// this beginning.
+    /// A merge: the last vertex of a camera prefix meets that of the light subpath `prefix`, which has this beginning.
+    ///
+    /// # Panics
+    /// If the light subpath has fewer than two vertices.
     pub fn merged(
         scene: &'a Scene,
         camera: &'a [Step],
@@ -362,8 +373,9 @@ impl<'a> JoinedPath<'a> {
         beginning: Beginning,
         meeting: &Meeting,
         raster: Raster,
-    ) -> Option<Self> {
-        let [light @ .., beside] = prefix else { return None };
+    ) -> Self {
+        let [light @ .., beside] = prefix else { panic!("a light subpath that merges has an edge") };
+        assert!(!light.is_empty(), "a light subpath that merges has an edge");
         let before = light.len().checked_sub(2).map_or(PdfArea::ZERO, |k| light[k].pdf_rev);
         let joint = Joint {
             value: meeting.contribution,
@@ -374,10 +386,10 @@ impl<'a> JoinedPath<'a> {
             raster: None,
         };
         let technique = Technique::Merged(meeting.strategy);
-        Some(Self { scene, camera, light, beside: Some(beside), joint, raster, technique })
+        Self { scene, camera, light, beside: Some(beside), joint, raster, technique }
     }
 
-    /// By the light vertex as a pass keeps it.
+    /// By the light vertex as a pass keeps it, for who looks at the path: a pass weighs without one.
     #[inline(never)]
     fn merged_weight(&self, techniques: &Techniques, rivals: &Rivals) -> f32 {
         let prefix: Vec<_> = self.light.iter().chain(self.beside).copied().collect();

@@ -54,7 +54,8 @@ pub struct Meeting {
 const SAME_SURFACE: f32 = 0.5;
 
 /// Whether the kernel takes a light vertex for a vertex of the camera's: within the radius, on a surface that faces the
-/// same way, and lit from the same side. So no light leaks around corners or through thin walls.
+/// same way, and lit from the same side. So no light leaks around corners or through walls; it does between surfaces
+/// that lie over each other within the radius, and under what stands on one.
 #[inline]
 pub fn is_met(radius: f32, [x, q]: [Vec3; 2], [normal_at_x, normal_at_q]: [Vec3; 2], to_light: Vec3) -> bool {
     x.distance_squared(q) <= radius * radius

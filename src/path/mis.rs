@@ -191,6 +191,8 @@ pub fn is_covered(path: &impl Densities, techniques: &Techniques) -> bool {
 /// the mean over the table's strategies in proportion to what they deposit, Σ w_s² n p/(n_s p_s). Infinite where the
 /// table does not cover the path.
 ///
+/// Neither table merges: a merge's density is in no term here.
+///
 /// With it, what one integrator finds says how rare and how large the finds of another are, also those that it has not
 /// made yet.
 pub fn relative_deposit(

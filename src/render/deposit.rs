@@ -103,7 +103,7 @@ impl TaskSink<'_> {
 impl Sink for TaskSink<'_> {
     #[inline(always)]
     fn deposit(&mut self, path: &JoinedPath, value: Rgb) {
-        let Renderer { scene, settings, film, layers, alpha_sums, .. } = self.renderer;
+        let Renderer { scene, settings, integrator, film, layers, alpha_sums, .. } = self.renderer;
         if path.edges() < settings.min_depth || (alpha_sums.is_some() && path.shows_background()) {
             return;
         }
@@ -113,12 +113,22 @@ impl Sink for TaskSink<'_> {
                 if keep.is_none_or(|keep| keep(path)) {
                     film.deposit(path.raster(), value, *half);
                     if let Some(LayerFilms { layers, films }) = layers {
-                        layers.deposit(scene, path, value, *half, films);
+                        layers.deposit((scene, integrator), path, value, *half, films);
                     }
                 }
             }
             Destination::Collector(collector) => collector.collect(path, value),
         }
+    }
+
+    #[inline]
+    fn deposit_unseen(&mut self, strategy: Strategy, raster: Raster, value: Rgb) -> bool {
+        let is_film_alone = matches!(self.destination, Destination::Film { keep: None, .. });
+        let unseen = is_film_alone && self.renderer.layers.is_none();
+        if unseen {
+            WaveSink::deposit(self, strategy, raster, value);
+        }
+        unseen
     }
 
     #[cold]

@@ -64,7 +64,7 @@ impl FromStr for MergeRadius {
 
 const SHRINKING: &str = " shrinking";
 
-/// α: the share of a pass' light vertices that the next one's smaller radius keeps.
+/// α of r_k² ∝ k^{α − 1}: 1 would keep the bias, and 0 the variance.
 const ALPHA: f64 = 0.75;
 
 /// The first radius in sides of a pixel.
@@ -91,8 +91,9 @@ fn footprint(scene: &Scene) -> f32 {
     };
     let mut all: Vec<f32> = (0..SIDE * SIDE).filter_map(across).filter(|side| side.is_finite()).collect();
     all.sort_by(f32::total_cmp);
-    // Where it sees nothing, nothing merges.
-    all.get(all.len() / 2).copied().unwrap_or(1.0)
+    // What it sees may lie between these rays.
+    let of_scene = || scene.geometry().bounds().map_or(1.0, |b| (b.max - b.min).length() / sensor.width.max(1) as f32);
+    all.get(all.len() / 2).copied().filter(|side| *side > 0.0).unwrap_or_else(of_scene)
 }
 
 #[cfg(test)]

@@ -90,9 +90,9 @@ impl Pixel {
         offset(self.y) << 16 | offset(self.x)
     }
 
-    /// Its number among those of the image, row by row.
+    /// Its number among those of the image, of which it is one, row by row.
     pub(super) fn number(self, sensor: Sensor) -> u32 {
-        (self.y as u32).wrapping_mul(sensor.width).wrapping_add(self.x as u32)
+        self.y as u32 * sensor.width + self.x as u32
     }
 
     /// The pixel with this number.

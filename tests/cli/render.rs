@@ -72,6 +72,7 @@ fn what_changes_pixels_changes_the_file() {
         &["--spp", "2", "--rays", "2"],
         &["--spp", "2", "--light-paths", "2"],
         &["--spp", "2", "--light-vertices", "2"],
+        &["--spp", "2", "-i", "vcm"],
         &["--spp", "2", "--lights", "uniform"],
         &["--spp", "2", "--lights", "all"],
         &["--spp", "2", "--lights", "tree"],
@@ -104,6 +105,9 @@ fn options_without_a_use_are_refused() {
         (&["-i", "path", "--light-paths", "2"], "no paths from lights"),
         (&["--light-vertices", "2", "--light-paths", "1024"], "MB of light paths for each thread"),
         (&["-i", "hybrid", "--light-vertices", "2"], "connects no vertices of light paths"),
+        (&["--merge-radius", "0.1"], "merges no paths"),
+        (&["-i", "vcm", "--merge-radius", "1e30"], "a radius from 1e-9 to 1e9 metres is needed"),
+        (&["-i", "vcm", "--light-paths", "1024", "--memory-limit", "20M"], "light vertices of 196608 light paths"),
         (&["--rays", "2", "--splits", "2"], "cannot be used with"),
         (&["--preset", "direct", "--paths", "C.L"], "cannot be used with"),
         (&["--preset", "direct", "--min-depth", "3"], "no path has 3 edges"),
@@ -113,6 +117,26 @@ fn options_without_a_use_are_refused() {
     ] {
         refused(&run.render(&[&["--spp", "1", "-o", "a.exr"], options].concat()), 2, said);
     }
+}
+
+#[test]
+fn the_bias_of_merging_is_said() {
+    let run = Run::new();
+    let said = |options: &[&str]| {
+        let output = run.render(&[&["--spp", "3", "-o", "a.exr"], options].concat());
+        assert_eq!(code(&output), 0, "{}", stderr(&output));
+        stderr(&output) + &stdout(&output)
+    };
+    let shrinking = said(&["-i", "vcm"]);
+    assert!(shrinking.contains("note: the image is consistent, not unbiased: paths merge within"), "{shrinking}");
+    let fixed = said(&["-i", "vcm", "--merge-radius", "0.25"]);
+    assert!(fixed.contains("not consistent: paths merge within 0.25 m in every pass"), "{fixed}");
+    // One strategy's image has no bias, whatever weighs it; nor has what does not merge.
+    for options in [&["-i", "vcm", "--only-strategy", "1,2"][..], &[]] {
+        assert!(!said(options).contains("paths merge"), "{options:?}");
+    }
+    let [a, b] = ["0.25", "0.5"].map(|radius| run.image("a.exr", &["-i", "vcm", "--merge-radius", radius]));
+    assert_ne!(pixels(&a).pixels, pixels(&b).pixels);
 }
 
 #[test]

@@ -205,6 +205,10 @@ fn of_every_path_with_several_samples_of_the_lights() {
             Integrator::new(kind, scene.camera.sensor(), DEPTH, Roulette::FromDepth(3)).with_light_samples(3);
         assert_identity_of(&format!("zoo {kind} with 3 samples"), &scene, integrator, 4);
     }
+    let radius = 0.15 * MergeRadius::of(&scene, None).of_pass(0);
+    let merging = Integrator::new(IntegratorKind::Vcm, scene.camera.sensor(), DEPTH, Roulette::FromDepth(3));
+    let merging = merging.with_light_samples(3).with_splits(2).with_light_paths(2).merging_within(radius);
+    assert_identity_of("zoo vcm with 3 samples, split, and 2 light paths", &scene, merging, 2);
 }
 
 #[test]

@@ -111,7 +111,7 @@ fn shards_of_deposits_that_spill_are_the_whole() {
     let sensor = Sensor { width: 9, height: 7, padding: Filter::BlackmanHarris.padding() };
     let scene = closed(2.0, &[Light::Environment { radiance: Rgb::splat(1e30) }], sensor);
     let base = Settings { filter: Filter::BlackmanHarris, max_depth: 5, ..Settings::new(sensor) };
-    for integrator in [IntegratorKind::Path, IntegratorKind::Light, IntegratorKind::Bdpt] {
+    for integrator in [IntegratorKind::Path, IntegratorKind::Light, IntegratorKind::Bdpt, IntegratorKind::Vcm] {
         let settings = Settings { integrator, ..base.clone() };
         let whole = render(&scene, &settings, 6);
         assert!(whole.film().wide_memory() > 0, "{integrator}: nothing spills");

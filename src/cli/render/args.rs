@@ -100,7 +100,7 @@ pub struct RenderArgs {
     pub light_vertices: Option<u32>,
 
     /// Merge paths within R metres in all passes [default: a few pixels, and less in each further pass]
-    #[arg(long, value_name = "R", value_parser = values::positive)]
+    #[arg(long, value_name = "R", value_parser = values::merge_radius)]
     pub merge_radius: Option<f32>,
 
     /// So many rays at the first surface of each kind that the integrator has: --light-samples N and --splits N

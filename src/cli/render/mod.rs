@@ -14,7 +14,7 @@ use std::{collections::BTreeMap, ops::Range, path::PathBuf};
 
 use pathspace::{
     film::{AlphaSums, Contents, Crop, Film},
-    integrator::Weighting,
+    integrator::{BYTES_OF_A_LIGHT_VERTEX, Weighting},
     layers::{Expression, PathClasses},
     path::{Heuristic, JoinedPath, Strategy},
     render::{Background, MergeRadius, Renderer, Settings},
@@ -49,6 +49,8 @@ const MOST_FOR_NOISE: u32 = 1 << 16;
 const DEFAULT_WIDTH: u32 = 512;
 /// From one vertex to lights: nobody waits for more.
 const MOST_RAYS: u64 = 1 << 20;
+/// Light vertices of a pass have numbers of 32 bits; an estimate may be off by half.
+const MOST_KEPT: u64 = BYTES_OF_A_LIGHT_VERTEX << 31;
 /// Beyond this the light paths of a tile are no longer what a thread should keep.
 const MOST_LIGHT_SUBPATHS: u64 = 256 << 20;
 /// Besides the film's sums: the image, two halves while the noise is estimated, and the files before they are written.
@@ -63,7 +65,6 @@ pub fn run(args: &RenderArgs) -> Result<Exit, Failure> {
     let interrupt = Interrupt::watch().map_err(|error| Failure::usage(format!("cannot watch for signals: {error}")))?;
     let only = only(args)?;
     refuse_needless(args)?;
-    check_depths(args)?;
     let outputs = outputs(args)?;
     check_places(args, &outputs)?;
     let pool = args.paths.thread_pool()?;
@@ -73,7 +74,7 @@ pub fn run(args: &RenderArgs) -> Result<Exit, Failure> {
     phases.end("read");
     let sensor = camera::sensor(&args.size, DEFAULT_WIDTH, args.filter.padding(), &opened.view);
     let settings = settings(args, crop(args, sensor)?, only);
-    check_memory(args, &settings)?;
+    let of_image = check_memory(args, &settings)?;
     check_light_subpaths(&settings)?;
     if let (None, Some(samples)) = (args.scene.build, announced(args, sensor)) {
         opened.loaded.geometry.set_effort_for(samples);
@@ -95,7 +96,7 @@ pub fn run(args: &RenderArgs) -> Result<Exit, Failure> {
     let Wanted { passes, goal, whole } = wanted(args);
     let renderer = pool.install(|| Renderer::new(&scene, &settings));
     phases.end("build");
-    check_kept(args, &renderer, &scene)?;
+    check_light_vertices(args, &renderer, &scene, of_image)?;
     let recorded = recorded(args, &job, &scene);
     let layers =
         args.layers.choose(&args.size, args.data.memory(renderer.film().crop().pixels()), &scene, &renderer)?;
@@ -139,7 +140,8 @@ fn kept(args: &RenderArgs, scene: &Scene) -> Result<Option<(String, PathClasses)
     expression.map(compile).transpose()
 }
 
-/// Refuses options that the integrator has no use for: somebody expects something of them.
+/// Refuses options that the integrator has no use for, and such as contradict each other: somebody expects something of
+/// them.
 fn refuse_needless(args: &RenderArgs) -> Result<(), Failure> {
     let kind = args.integrator;
     if args.hemisphere.is_some() && (!kind.has_strategies() || kind.has(|x| x.s > 0)) {
@@ -170,13 +172,13 @@ fn refuse_needless(args: &RenderArgs) -> Result<(), Failure> {
     if args.light_vertices.is_some() && !kind.has(|x| x.s >= 2 && x.t >= 2) {
         return none("connects no vertices of light paths that --light-vertices could choose");
     }
-    if args.merge_radius.is_some() && !kind.merges() {
+    if args.merge_radius.is_some() && (!kind.merges() || args.unweighted) {
         return none("merges no paths: --merge-radius is for -i vcm");
     }
     if args.rays.is_some() && !walks_from_camera {
         return none("has no rays at the first surface that --rays could count");
     }
-    Ok(())
+    check_depths(args)
 }
 
 /// Refuses ranges of lengths with no path in them.
@@ -323,7 +325,8 @@ fn settings(args: &RenderArgs, crop: Crop, only: Option<(Strategy, Weighting)>) 
     }
 }
 
-fn check_memory(args: &RenderArgs, settings: &Settings) -> Result<(), Failure> {
+/// Refuses an image that does not fit; what it needs, in bytes.
+fn check_memory(args: &RenderArgs, settings: &Settings) -> Result<u64, Failure> {
     let pixels = settings.crop.pixels();
     let alpha = match settings.background {
         Background::Shown => 0,
@@ -333,7 +336,9 @@ fn check_memory(args: &RenderArgs, settings: &Settings) -> Result<(), Failure> {
     let transparent = settings.background == Background::Transparent;
     let checkpoint = 2 * Contents { transparent, ..Contents::default() }.bytes(pixels);
     let needed = Film::memory(pixels) + alpha + checkpoint.max(IMAGE_BYTES_PER_PIXEL * pixels);
-    args.size.check_memory(needed + args.data.memory(pixels), settings.crop)
+    let needed = needed + args.data.memory(pixels);
+    args.size.check_memory(needed, settings.crop)?;
+    Ok(needed)
 }
 
 /// Refuses light paths that a thread would have to keep and has no room for.
@@ -350,14 +355,22 @@ fn check_light_subpaths(settings: &Settings) -> Result<(), Failure> {
 }
 
 /// Refuses more light vertices for merges than there is room for.
-fn check_kept(args: &RenderArgs, renderer: &Renderer<'_>, scene: &Scene) -> Result<(), Failure> {
-    let (kept, limit) = (renderer.integrator().kept_memory(scene), args.size.memory_limit.0);
-    if kept <= limit {
+fn check_light_vertices(
+    args: &RenderArgs,
+    renderer: &Renderer<'_>,
+    scene: &Scene,
+    of_image: u64,
+) -> Result<(), Failure> {
+    let kept = renderer.integrator().kept_memory(scene);
+    let limit = args.size.memory_limit.0.saturating_sub(of_image).min(MOST_KEPT);
+    // Light paths have numbers of 32 bits, too.
+    let paths = u64::from(scene.camera.sensor().pixels()) * u64::from(args.light_paths.unwrap_or(1));
+    if kept == 0 || (kept <= limit && paths <= u64::from(u32::MAX)) {
         return Ok(());
     }
     Err(Failure::usage(format!(
-        "-i {} would keep about {} MiB of light vertices in a pass, more than the limit of {} MiB: a smaller image, \
-         fewer --light-paths, a lower --max-depth, or --memory-limit",
+        "-i {} would keep the light vertices of {paths} light paths in a pass, about {} MiB, where {} MiB are left: a \
+         smaller image, fewer --light-paths, a lower --max-depth, or --memory-limit",
         args.integrator,
         kept >> 20,
         limit >> 20

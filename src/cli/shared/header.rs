@@ -80,7 +80,7 @@ fn unusual(job: &Job<'_>) -> [(&'static str, Option<String>); 17] {
         ("environment", job.environment.clone()),
         ("clamp", settings.clamp.map(|clamp| clamp.to_string())),
         ("background", is_transparent.then(|| "transparent".to_owned())),
-        ("only-strategy", settings.only.map(only)),
+        (ONLY, settings.only.map(only)),
         ("crop", (settings.crop != Crop::full(job.sensor)).then(|| crop(settings.crop))),
     ]
 }
@@ -91,6 +91,7 @@ pub fn filter_of(settings: &BTreeMap<String, String>) -> Option<Filter> {
 }
 
 const FILTER: &str = "filter";
+const ONLY: &str = "only-strategy";
 const MERGE_RADIUS: &str = "merge-radius";
 
 /// What a header says of the bias of merging, where there is any.
@@ -112,7 +113,9 @@ fn bias(radius: MergeRadius, passes: &Range<u32>) -> Option<String> {
 pub fn header(sensor: Sensor, settings: &BTreeMap<String, String>, sums: &Sums<'_>, passes: &Passes) -> Header {
     let mut attributes: Vec<_> = settings.clone().into_iter().collect();
     let mut add = |name: &str, value| attributes.push((name.to_owned(), value));
-    if let Some(bias) = settings.get(MERGE_RADIUS).and_then(|radius| bias(radius.parse().ok()?, &passes.span())) {
+    // What one strategy finds has a weight that knows of merges, and no bias.
+    let radius = if settings.contains_key(ONLY) { None } else { settings.get(MERGE_RADIUS) };
+    if let Some(bias) = radius.and_then(|radius| bias(radius.parse().ok()?, &passes.span())) {
         add(BIAS, bias);
     }
     add("spp", passes.count().to_string());

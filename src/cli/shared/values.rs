@@ -302,6 +302,12 @@ pub fn finite(text: &str) -> Result<f32, String> {
 }
 
 /// A finite number above zero.
+/// A radius whose square f32 has, and its reciprocal.
+pub fn merge_radius(text: &str) -> Result<f32, String> {
+    let fits = |r: &f32| (1e-9..=1e9).contains(r);
+    positive(text).ok().filter(fits).ok_or_else(|| "a radius from 1e-9 to 1e9 metres is needed".to_owned())
+}
+
 pub fn positive(text: &str) -> Result<f32, String> {
     finite(text).ok().filter(|x| *x > 0.0).ok_or_else(|| "a positive number is needed".to_owned())
 }
