@@ -168,7 +168,6 @@ impl Integrator {
         let merged = if keeps.is_some() { merged } else { 0 };
         let vertices = connected.max(splatted).max(merged);
         let Scratch { lights, walked, ends, lens, drawn, kept, .. } = scratch;
-        let anywhere = Raster(Vec2::ZERO);
         let light_paths = if vertices > 0 { self.evaluated.light_paths() } else { 0 };
         for branch in 0..light_paths {
             if *walked == lights.len() {
@@ -192,7 +191,7 @@ impl Integrator {
             if let Some(first) = keeps {
                 self.keep(light, merged, first + branch, kept);
             }
-            let splatting = if splatted > 0 { light.steps() } else { &[] };
+            let splatting = if splatted > 0 { steps } else { &[] };
             for (s, y) in (1..).zip(splatting) {
                 if s > 1 && !y.vertex.point.bsdf.has_continuous() {
                     continue; // nothing connects to it
@@ -201,7 +200,7 @@ impl Integrator {
                 for k in 0..samples {
                     samplers.lens.start(Block::repeated(s as u32 - 1, branch * samples + k));
                     if lens.put_lens_towards(scene, &y.vertex.point, samplers.lens) {
-                        let path = JoinedPath::inner(scene, lens.steps(), light, s, anywhere);
+                        let path = JoinedPath::inner(scene, lens.steps(), light, s, Raster(Vec2::ZERO));
                         self.consider(path, 1.0, || samplers.lens.next_chance(), sink);
                     }
                 }
