@@ -42,27 +42,36 @@ fn replicates(
         .collect()
 }
 
-/// Without a specular vertex: what bdpt finds with little noise.
-fn is_rough(path: &JoinedPath) -> bool {
-    (1..path.edges()).all(|i| !path.is_delta(i))
+/// The paths that are compared.
+#[derive(Clone, Copy)]
+enum Kept {
+    /// Without a specular vertex: what bdpt finds with little noise.
+    Rough,
+    /// With one, from a light that a walk may meet: what path tracing finds, too, where the light is large.
+    Caustics,
 }
 
-/// With a specular vertex, from a light that a walk may meet: what path tracing finds, too, where the light is large.
-fn is_caustic(path: &JoinedPath) -> bool {
-    path.light_is_hittable() && !is_rough(path)
+impl Kept {
+    fn has(self, path: &JoinedPath) -> bool {
+        let is_rough = (1..path.edges()).all(|i| !path.is_delta(i));
+        match self {
+            Self::Rough => is_rough,
+            Self::Caustics => path.light_is_hittable() && !is_rough,
+        }
+    }
 }
 
 /// The bias is one of r² away from edges, and each radius has numbers of its own: (4 E(r/2) − E(r))/3 has none of it.
 #[test]
 fn what_remains_as_the_radius_shrinks_is_the_image() {
     let sensor = scenes::square(16, Filter::Box);
-    let cases: [(_, _, _, fn(&JoinedPath) -> bool, _); 3] = [
-        ("zoo", scenes::zoo(sensor), 0.12, is_rough, 0.02),
-        ("cornell box", scenes::load("cornell-box", sensor), 0.03, is_rough, 0.02),
-        ("mirrors and glass of the zoo", scenes::zoo(sensor), 0.12, is_caustic, 0.06),
+    let cases = [
+        ("zoo", scenes::zoo(sensor), 0.12, Kept::Rough, 0.02),
+        ("cornell box", scenes::load("cornell-box", sensor), 0.03, Kept::Rough, 0.02),
+        ("mirrors and glass of the zoo", scenes::zoo(sensor), 0.12, Kept::Caustics, 0.06),
     ];
-    for (name, scene, radius, keep, visible) in cases {
-        let keep = &keep;
+    for (name, scene, radius, kept, visible) in cases {
+        let keep = &|path: &JoinedPath| kept.has(path);
         let base = Settings { max_depth: 5, ..Settings::new(sensor) };
         let bdpt = Estimate::new(&replicates(&scene, &base, 48, keep));
         let within = |radius: f32| {
