@@ -32,7 +32,7 @@ pub enum Technique {
     /// (s,t): walks from both sides, connected.
     Bidirectional(Strategy),
     /// The camera subpath of (s,t), whose last vertex a light subpath of s + 1 vertices has reached as well, within the
-    /// radius of [`Merging`](super::Merging).
+    /// [radius](Techniques::radius) of merges.
     Merged(Strategy),
     /// Every vertex on its own, uniform over the area of the surfaces (p_n: of the emitting ones).
     Area,

@@ -27,7 +27,7 @@ pub enum MergeRadius {
 }
 
 impl MergeRadius {
-    /// The radius that a person has `asked` for, or one that begins with [`FOOTPRINTS`] pixels.
+    /// The radius that a person has `asked` for, or one that begins with three pixels and shrinks.
     pub fn of(scene: &Scene, asked: Option<f32>) -> Self {
         asked.map_or_else(|| Self::Shrinking { first: FOOTPRINTS * footprint(scene) }, Self::Fixed)
     }
