@@ -244,6 +244,9 @@ mod tests {
         // A wall's other surface, and the wall beside a floor.
         assert!(!met(Vec3::ZERO, -Vec3::Y, Vec3::Y));
         assert!(!met(Vec3::ZERO, Vec3::X, Vec3::new(0.6, 0.8, 0.0)));
+        // A wall's other surface that is not quite parallel, lit along both.
+        let behind = Vec3::new(-0.34, -0.94, 0.0).normalize();
+        assert!(!met(Vec3::ZERO, behind, Vec3::new(-0.95, 0.1, 0.0).normalize()));
         // Lit from below on one of them, where both are nearly parallel.
         let tilted = Vec3::new(0.5, 0.8, 0.0).normalize();
         assert!(!met(Vec3::ZERO, tilted, Vec3::new(-0.9, 0.1, 0.0).normalize()));

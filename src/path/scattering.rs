@@ -179,7 +179,7 @@ fn sample_tilted<L: Lanes, B: Surfaces<L>>(
 ) -> Sampled<L> {
     let tilt = Tilt::at(at);
     let before = tilt.to_shading(known);
-    // What has no side may have no direction either, or no N_s: no BSDF can be asked about it.
+    // What has no side may have no direction either, or no N_s: nothing that a BSDF says of it counts.
     let keeps_side = before.keeps_side();
     if !keeps_side.any() {
         return Sampled::lost(at.alpha.lanes());

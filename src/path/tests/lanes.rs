@@ -29,7 +29,7 @@ fn bsdfs(kind: usize, round: usize) -> [Bsdf; N] {
         let color = [Rgb::ONE, Rgb::new(0.9, 0.5, 0.0), Rgb::ZERO, Rgb::splat(0.4)][k % 4];
         let ior = [1.5, 0.7, 1.000_05, 1.0, 2.4][k % 5];
         let (alpha, fraction) = ([0.0, 0.2, 1.01e-3, 0.7, 1.0][k % 5], [0.5, 0.0, 1.0][k % 3]);
-        match if kind == KINDS { k % 8 } else { kind } {
+        match if kind == KINDS { (k + round) % 8 } else { kind } {
             0 => Bsdf::Diffuse(Diffuse { albedo: color }),
             1 => Bsdf::Dielectric(Dielectric { color, ior, alpha: 0.0, transmission: 1.0 }),
             2 => Bsdf::Thin(ThinDielectric { color, ior, alpha: 0.0, transmission: 1.0 }),
