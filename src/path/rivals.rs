@@ -338,15 +338,9 @@ impl Rivals {
         techniques: &Techniques,
         before: RivalSum<L::U>,
     ) -> L::D {
-        let n = path.edges();
         let mut sum = before.root();
         for i in t.saturating_sub(2).max(1)..t {
-            let [own, other] = [path.camera_density(i), path.light_density(i)];
-            let connects = effective_count(path, Strategy { s: n + 1 - i, t: i }, techniques) * (1.0 / self.unit);
-            let merges = effective_merges(path, i + 1, techniques) * (1.0 / self.unit);
-            let merges = merges.to_f64() * own.0.to_f64();
-            let exponent = self.camera.exponent;
-            sum = times_ratio([other, own], exponent.sum(exponent.sum(connects.to_f64(), merges), sum));
+            sum = self.over(path, i, i, techniques, [path.light_density(i), path.camera_density(i)], sum);
         }
         sum
     }
@@ -360,17 +354,29 @@ impl Rivals {
         techniques: &Techniques,
         before: RivalSum<L::U>,
     ) -> L::D {
-        let n = path.edges();
         let mut sum = before.root();
-        for i in (t..(t + 2).min(n + 1)).rev() {
-            let [own, other] = [path.light_density(i), path.camera_density(i)];
-            let connects = effective_count(path, Strategy { s: n - i, t: i + 1 }, techniques) * (1.0 / self.unit);
-            let merges = effective_merges(path, i + 1, techniques) * (1.0 / self.unit);
-            let merges = merges.to_f64() * own.0.to_f64();
-            let exponent = self.light.exponent;
-            sum = times_ratio([other, own], exponent.sum(exponent.sum(connects.to_f64(), merges), sum));
+        for i in (t..(t + 2).min(path.edges() + 1)).rev() {
+            sum = self.over(path, i, i + 1, techniques, [path.camera_density(i), path.light_density(i)], sum);
         }
         sum
+    }
+
+    /// A sum with the strategy of `t` camera vertices and the merge at p_i, moved over p_i from the side of the density
+    /// `own` to the other.
+    #[inline(always)]
+    fn over<L: Lanes>(
+        &self,
+        path: &impl Densities<L>,
+        i: u32,
+        t: u32,
+        techniques: &Techniques,
+        [other, own]: [PdfArea<L::F>; 2],
+        sum: L::D,
+    ) -> L::D {
+        let (exponent, per_unit) = (self.camera.exponent, 1.0 / self.unit);
+        let connects = effective_count(path, Strategy { s: path.edges() + 1 - t, t }, techniques) * per_unit;
+        let merges = (effective_merges(path, i + 1, techniques) * per_unit).to_f64() * own.0.to_f64();
+        times_ratio([other, own], exponent.sum(exponent.sum(connects.to_f64(), merges), sum))
     }
 
     /// own^β over Σ all^β.
