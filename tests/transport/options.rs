@@ -74,7 +74,13 @@ fn choices_among_lights_change_no_image() {
 
 #[test]
 fn every_path_is_as_defined_by_every_choice_among_lights() {
-    let kinds = [IntegratorKind::Path, IntegratorKind::PathLight, IntegratorKind::Hybrid, IntegratorKind::Bdpt];
+    let kinds = [
+        IntegratorKind::Path,
+        IntegratorKind::PathLight,
+        IntegratorKind::Hybrid,
+        IntegratorKind::Bdpt,
+        IntegratorKind::Vcm,
+    ];
     for choice in [LightChoice::All, LightChoice::Uniform, LightChoice::Tree] {
         let scene = scenes::zoo(scenes::square(32, Filter::BlackmanHarris)).choosing_lights(choice);
         identity::assert_identity_by(&kinds, &format!("zoo {choice}"), &scene, 2);
