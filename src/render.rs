@@ -38,7 +38,7 @@ use self::{
 
 use crate::{
     film::{AlphaSums, Crop, Film, FixedPoint, Half, Sums},
-    integrator::{Connects, Integrator, Kept, LightStage, LightVertexMap, Samplers, Scratch, Sink, Splats},
+    integrator::{Connects, Integrator, Kept, LightStage, LightVertexMap, Samplers, Scratch, Sink, Splats, Sweep},
     lanes::Instructions,
     layers::Layers,
     path::Technique,
@@ -325,19 +325,9 @@ impl<'a> Renderer<'a> {
             scratch.start_over();
         }
         if stages != Stages::Camera {
-            let mut stage = self.light_stage(pixel);
-            if stages == Stages::Light {
+            let mut stage = self.light_stage(pixel, sweep);
+            if stages == Stages::Light && matches!(sweep, Sweep::Whole) {
                 stage.connects = Connects::Yes;
-            }
-            match sweep {
-                Sweep::Whole => {}
-                Sweep::Light => {
-                    stage.connects = Connects::No;
-                    let light_paths = self.integrator.techniques().light_paths();
-                    let first = || pixel.number(self.scene.camera.sensor()) * light_paths;
-                    stage.keeps = (stage.splats == Splats::Yes).then(first);
-                }
-                Sweep::Camera(_) => stage.splats = Splats::No,
             }
             self.integrator.estimate_from_light(self.scene, stage, scratch, samplers, sink);
         }
@@ -357,12 +347,15 @@ impl<'a> Renderer<'a> {
     }
 
     /// What the light subpaths of a pixel are for, where they are its own.
-    fn light_stage(&self, pixel: Pixel) -> LightStage {
-        let splats = pixel.is_inside(self.scene.camera.sensor());
-        LightStage {
-            connects: if self.serves_crop(pixel) { Connects::Yes } else { Connects::No },
-            splats: if splats { Splats::Yes } else { Splats::No },
-            keeps: None,
+    fn light_stage(&self, pixel: Pixel, sweep: Sweep<'_>) -> LightStage {
+        let sensor = self.scene.camera.sensor();
+        let connects = if self.serves_crop(pixel) { Connects::Yes } else { Connects::No };
+        let splats = if pixel.is_inside(sensor) { Splats::Yes } else { Splats::No };
+        let first = || pixel.number(sensor) * self.integrator.techniques().light_paths();
+        match sweep {
+            Sweep::Whole => LightStage { connects, splats, keeps: None },
+            Sweep::Light => LightStage { connects: Connects::No, splats, keeps: (splats == Splats::Yes).then(first) },
+            Sweep::Camera(_) => LightStage { connects, splats: Splats::No, keeps: None },
         }
     }
 
@@ -447,17 +440,6 @@ impl<'a> Renderer<'a> {
 struct Part<'a> {
     tile: u32,
     sweep: Sweep<'a>,
-}
-
-/// What all tiles do before any does anything else.
-#[derive(Clone, Copy)]
-enum Sweep<'a> {
-    /// All of a pass.
-    Whole,
-    /// The light subpaths, whose vertices are kept for merges.
-    Light,
-    /// The rest, with these light vertices.
-    Camera(&'a LightVertexMap),
 }
 
 /// The part of a pixel's sample that is done at once.

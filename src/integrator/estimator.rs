@@ -4,8 +4,9 @@ use glam::Vec2;
 
 use super::{Integrator, LightVertexMap, area};
 use crate::{
+    lanes::{One, Record},
     math::{Rgb, luminance},
-    path::{JoinedPath, LightVertex, LightVertices, SharedLightVertices, Step, Strategy, Subpath, Technique},
+    path::{JoinedPath, LightVertex, LightVertices, SharedLightVertices, Step, Strategy, Subpath, Tail, Technique},
     sampling::{Block, Chance, Sampler},
     scene::{Scene, bsdf::Transport, camera::Raster},
 };
@@ -22,7 +23,9 @@ pub struct Scratch {
     lens: Subpath,
     drawn: Vec<Step>,
     /// Their vertices that merge, until they are taken.
-    kept: Vec<LightVertex>,
+    kept: Vec<Record>,
+    /// The numbers of those that a camera vertex meets.
+    met: Vec<u32>,
     /// A light subpath walked again, for who wants to see the path that it is part of.
     again: Subpath,
 }
@@ -30,7 +33,7 @@ pub struct Scratch {
 impl Scratch {
     /// The vertices that light subpaths have left for merges since this was last asked.
     #[inline]
-    pub fn take_kept(&mut self) -> Vec<LightVertex> {
+    pub fn take_kept(&mut self) -> Vec<Record> {
         std::mem::take(&mut self.kept)
     }
 
@@ -148,6 +151,7 @@ impl Integrator {
             lens: Subpath::with_capacity(1),
             drawn: Vec::new(),
             kept: Vec::new(),
+            met: Vec::new(),
         }
     }
 
@@ -233,7 +237,7 @@ impl Integrator {
         if !self.walks_from_camera() {
             return;
         }
-        let Scratch { camera, lights, walked, ends, again, .. } = scratch;
+        let Scratch { camera, lights, walked, ends, again, met, .. } = scratch;
         let vertices = self.evaluated.camera_vertices();
         for branch in 0..self.evaluated.splits() {
             // What all branches of a split subpath have in common is joined once.
@@ -258,7 +262,7 @@ impl Integrator {
                     self.estimate_next_event(scene, end, samplers, sink);
                     self.connect_to_ends(scene, end, (&lights[..*walked], ends), samplers, sink);
                     if let Some(kept) = kept {
-                        self.merge(scene, end, kept, again, sink);
+                        self.merge(scene, end, kept, (again, met), sink);
                     }
                 }
             }
@@ -339,34 +343,40 @@ impl Integrator {
         scene: &Scene,
         CameraEnd { prefix, raster, .. }: CameraEnd<'_>,
         kept: &Kept<'_, S>,
-        again: &mut Subpath,
+        (again, met): (&mut Subpath, &mut Vec<u32>),
         sink: &mut impl Sink,
     ) {
-        let (table, Some(rivals)) = (&self.weighed, &self.rivals) else { return };
-        kept.map.around(prefix[prefix.len() - 1].vertex.point.position, |y| {
-            let Some(meeting) = y.met_by(prefix, table) else { return };
-            let technique = Technique::Merged(meeting.strategy);
-            let weight = y.weight(prefix, &meeting, table, rivals) / table.samples(technique);
+        let (table, Some(rivals), Some(x)) = (&self.weighed, &self.rivals, prefix.last()) else { return };
+        let (tail, t) = (Tail::of(prefix), prefix.len() as u32);
+        met.clear();
+        kept.map.around(One, x.vertex.point.position, met);
+        for number in met.iter() {
+            let y = LightVertex::of_record(&kept.map.records()[*number as usize]);
+            let Some(meeting) = y.met_by(x, y.strategy(t), table).filter(|x| x.contribution != Rgb::ZERO) else {
+                continue;
+            };
+            let weight = y.weight(&tail, &meeting, table, rivals) / table.samples(Technique::Merged(meeting.strategy));
             let value = meeting.contribution * weight;
             if value == Rgb::ZERO {
-                return;
+                continue;
             }
             if has_a_place(value) && sink.deposit_unseen(meeting.strategy, raster, value) {
-                return;
+                continue;
             }
-            self.walk_light_again(scene, y, kept, again);
+            self.walk_light_again(scene, &y, kept, again);
             let light = &again.steps()[..y.vertices() as usize];
             let path = JoinedPath::merged(scene, prefix, light, again.beginning(), &meeting, raster);
             if has_a_place(value) { sink.deposit(&path, value) } else { sink.reject(&path, value) }
-        });
+        }
     }
 
     /// Keeps the vertices of a light subpath that merge, at most the first `merged`; `path` is its number in the pass.
-    fn keep(&self, light: &Subpath, merged: u32, path: u32, kept: &mut Vec<LightVertex>) {
+    fn keep(&self, light: &Subpath, merged: u32, path: u32, kept: &mut Vec<Record>) {
         let Some(rivals) = &self.rivals else { return };
         let steps = light.steps();
         let prefixes = (2..=steps.len().min(merged as usize)).map(|k| &steps[..k]);
-        kept.extend(prefixes.filter_map(|prefix| LightVertex::of(prefix, light.beginning(), rivals, path)));
+        let of = |prefix| LightVertex::of_prefix(prefix, light.beginning(), rivals, path);
+        kept.extend(prefixes.filter_map(of).map(|y| y.record()));
     }
 
     /// Walks the light subpath of a light vertex as it was walked before, with those of its pixel that took numbers

@@ -10,7 +10,7 @@ mod wave;
 pub use connection_roulette::{ConnectionRoulette, RelativeRoulette};
 pub use description::{Description, Gap, Landing, LightSampling, Merges, Table};
 pub use estimator::{Connects, Kept, LightStage, Samplers, Scratch, Sink, Splats};
-pub use light_vertex_map::{BYTES_OF_A_LIGHT_VERTEX, LightVertexMap};
+pub use light_vertex_map::{BYTES_OF_A_LIGHT_VERTEX, LightVertexMap, Sweep};
 pub use wave::{Starts, Wave, WaveSink};
 
 use self::estimator::connectible;

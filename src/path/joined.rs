@@ -3,7 +3,7 @@
 use std::cmp::Ordering;
 
 use super::{
-    Beginning, Densities, Edge, Heuristic, LightVertex, Meeting, Path, RivalSum, Rivals, Step, Strategy, Subpath,
+    Beginning, Densities, Edge, Heuristic, LightVertex, Meeting, Path, RivalSum, Rivals, Step, Strategy, Subpath, Tail,
     Technique, Techniques, Vertex, absorption::connecting_transmittance, joint::Joint, mis_weight,
 };
 use crate::{
@@ -395,9 +395,10 @@ impl<'a> JoinedPath<'a> {
         let prefix: Vec<_> = self.light.iter().chain(self.beside).copied().collect();
         let beginning =
             Beginning { hittable: f32::from(self.light_is_hittable()), next_event_ratio: self.joint.next_event_ratio };
-        let kept = LightVertex::of(&prefix, beginning, rivals, 0);
-        let met = kept.and_then(|kept| Some((kept, kept.met_by(self.camera, techniques)?)));
-        met.map_or(0.0, |(kept, meeting)| kept.weight(self.camera, &meeting, techniques, rivals))
+        let x = &self.camera[self.camera.len() - 1];
+        let kept = LightVertex::of_prefix(&prefix, beginning, rivals, 0);
+        let met = kept.and_then(|kept| Some((kept, kept.met_by(x, self.strategy(), techniques)?)));
+        met.map_or(0.0, |(kept, meeting)| kept.weight(&Tail::of(self.camera), &meeting, techniques, rivals))
     }
 
     /// A path that area sampling drew, with its V: F/p straight from the definition. `steps` is storage for its

@@ -153,6 +153,21 @@ pub struct Tail<L: Lanes> {
     pub rivals: RivalSum<L::U>,
 }
 
+impl Tail<One> {
+    /// That of a prefix of a subpath, of one vertex at least; what it is too short for is nothing.
+    #[inline(always)]
+    pub fn of(prefix: &[Step]) -> Self {
+        let from_last = |i: usize| prefix.len().checked_sub(1 + i).map(|k| &prefix[k]);
+        let pdf_fwd = |i: usize| from_last(i).map_or(PdfArea::ZERO, |step| step.pdf_fwd);
+        let is_delta = |i: usize| from_last(i).is_some_and(|step| step.vertex.is_delta());
+        Self {
+            pdf_fwd: [pdf_fwd(0), pdf_fwd(1)],
+            is_delta: [is_delta(1), is_delta(2)],
+            rivals: from_last(2).map_or(RivalSum::ZERO, |step| step.rivals),
+        }
+    }
+}
+
 impl<L: Lanes> Tail<L> {
     /// That of a prefix of one vertex with this density.
     #[inline(always)]
@@ -183,7 +198,12 @@ impl<L: Lanes> Around<'_, L> {
     /// w of the technique that found the path, by the running sums of its prefixes.
     #[inline(always)]
     pub fn weight(&self, rivals: &Rivals, techniques: &Techniques) -> L::F {
-        rivals.weight(self, self.strategy, techniques, [self.camera.rivals, self.light.rivals])
+        let sums = [self.camera.rivals, self.light.rivals];
+        if techniques.radius().is_some() {
+            rivals.weight_among_merges(self, self.strategy, techniques, sums)
+        } else {
+            rivals.weight(self, self.strategy, techniques, sums)
+        }
     }
 }
 

@@ -1,53 +1,52 @@
 //! Merging: a camera subpath and a light subpath whose last vertices lie near each other, as one path (Georgiev et al.
 //! 2012, *Light Transport Simulation with Vertex Connection and Merging*; Hachisuka et al. 2012).
 
-use glam::Vec3;
-
-use super::{Beginning, Densities, RivalSum, Rivals, Step, Strategy, Techniques, scattering::Surfaces};
+use super::{Beginning, Densities, RivalSum, Rivals, Step, Strategy, Tail, Techniques, scattering::Surfaces};
 use crate::{
-    lanes::One,
+    lanes::{Float, Lanes, Mask, One, Record, Vector},
     math::{Rgb, octahedral},
     sampling::PdfArea,
-    scene::bsdf::{Bsdf, Lobe, Scatter},
+    scene::bsdf::Lobe,
 };
 
-/// The last vertex q of a light subpath of two vertices or more, as a pass keeps it for all camera subpaths: 64 bytes.
+/// The last vertex q of a light subpath of two vertices or more, as a pass keeps it for all camera subpaths: a
+/// [`Record`].
 #[derive(Clone, Copy, Debug)]
-pub struct LightVertex {
+pub struct LightVertex<L: Lanes = One> {
     /// Where it is.
-    pub position: Vec3,
+    pub position: L::V,
     /// The unit direction to its predecessor, the light's side.
-    to_light: Vec3,
+    to_light: L::V,
     /// The prefix of F/p up to here, over α: both subpaths stop here, and F has α once.
-    beta: Rgb,
+    beta: Rgb<L::V>,
     /// l_i, its own density.
-    pdf: PdfArea,
+    pdf: PdfArea<L::F>,
     /// What makes the density of going to the predecessor an area density there.
-    to_area: f32,
+    to_area: L::F,
     /// What the techniques that have the predecessor from the camera come to, over that one's own density: c_{i+1}
     /// times it is the sum in the units of [`Rivals::towards_camera`].
-    beyond: RivalSum,
+    beyond: RivalSum<L::U>,
     /// How many times the edge to the predecessor counts as one that can be connected, the table's count apart.
-    connects: f32,
+    connects: L::F,
     /// N_g, packed.
-    normal: u32,
+    normal: L::U,
     /// The vertices of the subpath.
-    vertices: u32,
+    vertices: L::U,
     /// Which light subpath of the pass.
-    path: u32,
+    path: L::U,
 }
 
 /// Where two subpaths meet: the factors of F/p at p_i and what changes there.
 #[derive(Clone, Copy, Debug)]
-pub struct Meeting {
+pub struct Meeting<L: Lanes = One> {
     /// The strategy that would connect the camera's vertex to the light vertex's predecessor.
     pub strategy: Strategy,
-    /// F/p without h_j, over roulette's survival probability.
-    pub contribution: Rgb,
+    /// F/p without h_j, over roulette's survival probability; black where nothing passes.
+    pub contribution: Rgb<L::V>,
     /// c_{i+1}.
-    pub camera_density: PdfArea,
+    pub camera_density: PdfArea<L::F>,
     /// l_i and l_{i−1}.
-    pub light_density: [PdfArea; 2],
+    pub light_density: [PdfArea<L::F>; 2],
 }
 
 /// Two normals farther apart than this angle's cosine are those of different surfaces.
@@ -56,57 +55,150 @@ const SAME_SURFACE: f32 = 0.5;
 /// Whether the kernel takes a light vertex for a vertex of the camera's: within the radius, on a surface that faces the
 /// same way, and lit from the same side. So no light leaks around corners or through walls; it does between surfaces
 /// that lie over each other within the radius, and under what stands on one.
-#[inline]
-pub fn is_met(radius: f32, [x, q]: [Vec3; 2], [normal_at_x, normal_at_q]: [Vec3; 2], to_light: Vec3) -> bool {
-    x.distance_squared(q) <= radius * radius
-        && normal_at_x.dot(normal_at_q) >= SAME_SURFACE
-        && normal_at_x.dot(to_light) * normal_at_q.dot(to_light) > 0.0
+#[inline(always)]
+pub fn is_met<V: Vector>(
+    radius: f32,
+    [x, q]: [V; 2],
+    [normal_at_x, normal_at_q]: [V; 2],
+    to_light: V,
+) -> <V::Lanes as Lanes>::M {
+    let lanes = normal_at_x.dot(to_light).lanes();
+    let same_surface = lanes.splat(SAME_SURFACE).le(normal_at_x.dot(normal_at_q));
+    let same_side = lanes.splat(0.0).lt(normal_at_x.dot(to_light) * normal_at_q.dot(to_light));
+    is_near(radius, x, q) & same_surface & same_side
+}
+
+/// Whether the distance alone lets two vertices merge.
+#[inline(always)]
+pub fn is_near<V: Vector>(radius: f32, x: V, q: V) -> <V::Lanes as Lanes>::M {
+    let apart = x - q;
+    let squared = apart.dot(apart);
+    squared.le(squared.lanes().splat(radius * radius))
+}
+
+impl<L: Lanes> LightVertex<L> {
+    /// The last vertex of a prefix of so many `vertices` of a light subpath. Nothing can meet one without a continuous
+    /// lobe.
+    ///
+    /// `tail` is the prefix', `beginning` the subpath's, and `path` its number in the pass.
+    #[inline(always)]
+    pub fn of<B: Surfaces<L>>(
+        (here, tail): (&Step<L, B>, &Tail<L>),
+        vertices: u32,
+        beginning: Beginning<L::F>,
+        rivals: &Rivals,
+        path: L::U,
+    ) -> Self {
+        let (p, back) = (&here.vertex.point, &here.back);
+        let lanes = p.alpha.lanes();
+        let (j, [here_pdf, from_pdf], [from_is_delta, _]) = (vertices as usize - 2, tail.pdf_fwd, tail.is_delta);
+        let connects = beginning.connects(j, tail.is_delta);
+        let beyond = rivals.light.up_to(j, from_pdf, connects, from_is_delta, tail.rivals);
+        Self {
+            position: p.position,
+            to_light: back.direction,
+            beta: here.beta.times(lanes.splat(1.0) / p.alpha),
+            pdf: here_pdf,
+            to_area: back.visibility * back.alpha_b * back.cos_b / back.distance_squared,
+            beyond: RivalSum::nearest(beyond / from_pdf.0.to_f64()),
+            connects: beginning.connects(j + 1, [lanes.mask(0), from_is_delta]),
+            normal: octahedral::pack(p.normal),
+            vertices: lanes.splat_u(vertices),
+            path,
+        }
+    }
+
+    /// The vertices as they are kept, one to a record.
+    #[inline(always)]
+    pub fn columns(&self) -> [L::F; 16] {
+        let [a, b, c] = self.position.coordinates();
+        let [d, e, f] = self.to_light.coordinates();
+        let [r, g, b_] = self.beta.channels().coordinates();
+        let words = [self.beyond.word(), self.normal, self.vertices, self.path];
+        let [beyond, normal, vertices, path] = words.map(L::F::of_bits);
+        [a, b, c, d, e, f, r, g, b_, self.pdf.0, self.to_area, beyond, self.connects, normal, vertices, path]
+    }
+
+    /// The vertices that are kept so.
+    #[inline(always)]
+    pub fn of_columns(x: [L::F; 16]) -> Self {
+        let v = |i: usize| L::V::new(x[i], x[i + 1], x[i + 2]);
+        Self {
+            position: v(0),
+            to_light: v(3),
+            beta: Rgb::of(v(6)),
+            pdf: PdfArea(x[9]),
+            to_area: x[10],
+            beyond: RivalSum::of_word(x[11].to_bits()),
+            connects: x[12],
+            normal: x[13].to_bits(),
+            vertices: x[14].to_bits(),
+            path: x[15].to_bits(),
+        }
+    }
+
+    /// Where the last vertex x of camera subpaths meets these, all of them of `strategy`.
+    #[inline(always)]
+    pub fn met_by<B: Surfaces<L>>(
+        &self,
+        x: &Step<L, B>,
+        strategy: Strategy,
+        techniques: &Techniques,
+    ) -> Option<Meeting<L>> {
+        let (p, radius) = (&x.vertex.point, techniques.radius()?);
+        if strategy.edges() > techniques.max_depth() {
+            return None;
+        }
+        let normals = [p.normal, octahedral::unpack(self.normal)];
+        let met = is_met(radius, [p.position, self.position], normals, self.to_light);
+        met.any().then(|| Meeting::at(x, strategy, (self, met), techniques))
+    }
+
+    /// The weights of paths that [`Self::met_by`] has found; `camera` is the tail of the camera's subpaths.
+    #[inline(always)]
+    pub fn weight(&self, camera: &Tail<L>, meeting: &Meeting<L>, techniques: &Techniques, rivals: &Rivals) -> L::F {
+        let Strategy { s, t } = meeting.strategy;
+        let near = CameraPart { camera, meeting };
+        let towards_camera = rivals.towards_camera(&near, t, techniques, camera.rivals);
+        let towards_light = meeting.camera_density.0.to_f64() * self.beyond.root();
+        let in_units = |count: f32| f64::from(count) / f64::from(rivals.unit());
+        let connected = self.connects.to_f64() * in_units(techniques.count(Strategy { s, t }));
+        let own = self.pdf.0.to_f64() * in_units(techniques.merging_factor(t));
+        rivals.share(own, [connected, towards_camera, towards_light])
+    }
 }
 
 impl LightVertex {
-    /// The last vertex of a prefix of a light subpath; `None` where nothing can meet it.
-    ///
-    /// `beginning` is the subpath's, and `path` its number in the pass.
+    /// The last vertex of a prefix of one light subpath; `None` where nothing can meet it.
+    pub fn of_prefix(prefix: &[Step], beginning: Beginning, rivals: &Rivals, path: u32) -> Option<Self> {
+        let here = prefix.last().filter(|here| prefix.len() >= 2 && here.vertex.point.bsdf.has_continuous())?;
+        Some(Self::of((here, &Tail::of(prefix)), prefix.len() as u32, beginning, rivals, path))
+    }
+
+    /// The vertex that is kept so.
     #[inline]
-    pub fn of(prefix: &[Step], beginning: Beginning, rivals: &Rivals, path: u32) -> Option<Self> {
-        let [.., from, here] = prefix else { return None };
-        let p = &here.vertex.point;
-        if !p.bsdf.has_continuous() {
-            return None;
-        }
-        let j = prefix.len() - 2;
-        let (from_is_delta, before) = (from.vertex.is_delta(), j.checked_sub(1).map(|k| &prefix[k]));
-        let before_is_delta = before.is_some_and(|before| before.vertex.is_delta());
-        let connects = beginning.connects(j, [from_is_delta, before_is_delta]);
-        let before = before.map_or(RivalSum::ZERO, |before| before.rivals);
-        let beyond = rivals.light.up_to(j, from.pdf_fwd, connects, from_is_delta, before);
-        let back = &here.back;
-        Some(Self {
-            position: p.position,
-            to_light: back.direction,
-            beta: here.beta * (1.0 / p.alpha),
-            pdf: here.pdf_fwd,
-            to_area: back.visibility * back.alpha_b * back.cos_b / back.distance_squared,
-            beyond: RivalSum::nearest(beyond / f64::from(from.pdf_fwd.0)),
-            connects: beginning.connects(prefix.len() - 1, [false, from_is_delta]),
-            normal: octahedral::pack(p.normal),
-            vertices: prefix.len() as u32,
-            path,
-        })
+    pub fn of_record(record: &Record) -> Self {
+        Self::of_columns(record.0)
+    }
+
+    /// As it is kept.
+    #[inline]
+    pub fn record(&self) -> Record {
+        Record(self.columns())
     }
 
     /// One at this place, of the given number, for tests of what looks for places alone.
     #[cfg(test)]
-    pub(crate) fn at(position: Vec3, path: u32) -> Self {
+    pub(crate) fn at(position: glam::Vec3, path: u32) -> Self {
         Self {
             position,
-            to_light: Vec3::Y,
+            to_light: glam::Vec3::Y,
             beta: Rgb::ONE,
             pdf: PdfArea(1.0),
             to_area: 1.0,
             beyond: RivalSum::ZERO,
             connects: 1.0,
-            normal: octahedral::pack(Vec3::Y),
+            normal: octahedral::pack(glam::Vec3::Y),
             vertices: 2,
             path,
         }
@@ -124,71 +216,45 @@ impl LightVertex {
         self.path
     }
 
-    /// Where the last vertex x of a camera subpath meets this one, and something passes.
+    /// What merges with it at the `t`-th vertex of a camera subpath.
     #[inline]
-    pub fn met_by(&self, camera: &[Step], techniques: &Techniques) -> Option<Meeting> {
-        let strategy = Strategy { s: self.vertices - 1, t: camera.len() as u32 };
-        let (x, radius) = (camera.last()?, techniques.radius()?);
-        let p = &x.vertex.point;
-        if strategy.edges() > techniques.max_depth()
-            || !is_met(radius, [p.position, self.position], [p.normal, octahedral::unpack(self.normal)], self.to_light)
-        {
-            return None;
-        }
-        Meeting::at(x, strategy, self.to_light, self.beta, [self.pdf, PdfArea(self.to_area)], techniques)
-    }
-
-    /// The weight of a path that [`Self::met_by`] has found.
-    #[inline]
-    pub fn weight(&self, camera: &[Step], meeting: &Meeting, techniques: &Techniques, rivals: &Rivals) -> f32 {
-        let Strategy { s, t } = meeting.strategy;
-        let before = if let [.., last, _, _] = camera { last.rivals } else { RivalSum::ZERO };
-        let near = CameraPart { camera, meeting };
-        let towards_camera = rivals.towards_camera(&near, t, techniques, before);
-        let towards_light = f64::from(meeting.camera_density.0) * self.beyond.root();
-        let per_unit = 1.0 / f64::from(rivals.unit());
-        let connected = f64::from(techniques.count(Strategy { s, t }) * self.connects) * per_unit;
-        let own = f64::from(techniques.merging_factor(t)) * per_unit * f64::from(self.pdf.0);
-        rivals.share(own, [connected, towards_camera, towards_light])
+    pub fn strategy(&self, t: u32) -> Strategy {
+        Strategy { s: self.vertices - 1, t }
     }
 }
 
-impl Meeting {
-    /// At `x` with light from the direction `to_light`: `light` is the light's prefix of F/p, over α, and `pdf` its
-    /// last vertex' density and what makes one of going back from there an area density.
-    #[inline]
-    fn at(
-        x: &Step,
+impl<L: Lanes> Meeting<L> {
+    /// At `x` with the light vertices `q`, in the lanes `met`.
+    #[inline(always)]
+    fn at<B: Surfaces<L>>(
+        x: &Step<L, B>,
         strategy: Strategy,
-        to_light: Vec3,
-        light: Rgb,
-        [pdf, to_area]: [PdfArea; 2],
+        (q, met): (&LightVertex<L>, L::M),
         techniques: &Techniques,
-    ) -> Option<Self> {
-        let scatter: Scatter = Bsdf::scatter_at(&x.vertex.point, Lobe::Continuous, x.back.direction, to_light);
-        if scatter.f == Rgb::ZERO {
-            return None;
-        }
+    ) -> Self {
+        let scatter = B::scatter_at(&x.vertex.point, Lobe::Continuous, x.back.direction, q.to_light);
+        let lanes = q.to_area.lanes();
         let kernel = 1.0 / techniques.merging_area();
-        Some(Self {
+        let contribution = (x.beta * scatter.f * q.beta).times(lanes.splat(kernel));
+        Self {
             strategy,
-            contribution: x.beta * scatter.f * light * kernel,
-            camera_density: PdfArea(scatter.to_light.0 * to_area.0),
-            light_density: [pdf, scatter.to_camera.to_area(&x.back)],
-        })
+            contribution: Rgb::select(met, contribution, Rgb::grey(lanes.splat(0.0))),
+            camera_density: PdfArea(scatter.to_light.0 * q.to_area),
+            light_density: [q.pdf, scatter.to_camera.to_area(&x.back)],
+        }
     }
 }
 
 /// The camera's part of a path that has merged, as far as a weight looks at it beside the light vertex.
-struct CameraPart<'a> {
-    camera: &'a [Step],
-    meeting: &'a Meeting,
+struct CameraPart<'a, L: Lanes> {
+    camera: &'a Tail<L>,
+    meeting: &'a Meeting<L>,
 }
 
-impl Densities for CameraPart<'_> {
+impl<L: Lanes> Densities<L> for CameraPart<'_, L> {
     #[inline(always)]
-    fn lanes(&self) -> One {
-        One
+    fn lanes(&self) -> L {
+        self.meeting.camera_density.0.lanes()
     }
 
     #[inline(always)]
@@ -197,43 +263,50 @@ impl Densities for CameraPart<'_> {
     }
 
     #[inline(always)]
-    fn camera_density(&self, i: u32) -> PdfArea {
-        self.camera[i as usize].pdf_fwd
+    fn camera_density(&self, i: u32) -> PdfArea<L::F> {
+        self.camera.pdf_fwd[(self.meeting.strategy.t - 1 - i) as usize]
     }
 
     #[inline(always)]
-    fn light_density(&self, i: u32) -> PdfArea {
-        self.meeting.light_density[(self.camera.len() - 1) - i as usize]
+    fn light_density(&self, i: u32) -> PdfArea<L::F> {
+        self.meeting.light_density[(self.meeting.strategy.t - 1 - i) as usize]
     }
 
     #[inline(always)]
-    fn next_event_ratio(&self) -> f32 {
-        1.0 // of strategies with s ≥ 2 alone
+    fn next_event_ratio(&self) -> L::F {
+        self.lanes().splat(1.0) // of strategies with s ≥ 2 alone
     }
 
     #[inline(always)]
-    fn is_delta(&self, i: u32) -> bool {
-        i as usize + 1 < self.camera.len() && self.camera[i as usize].vertex.is_delta()
+    fn is_delta(&self, i: u32) -> L::M {
+        let t = self.meeting.strategy.t;
+        if i + 1 == t { self.lanes().mask(0) } else { self.camera.is_delta[(t - 2 - i) as usize] }
     }
 
     #[inline(always)]
-    fn light_is_hittable(&self) -> bool {
-        true
+    fn light_is_hittable(&self) -> L::M {
+        self.lanes().mask(u32::MAX)
     }
 
     #[inline(always)]
-    fn ends_are_directions(&self) -> bool {
-        false
+    fn ends_are_directions(&self) -> L::M {
+        self.lanes().mask(0)
     }
 }
 
 #[cfg(test)]
 mod tests {
+    use glam::Vec3;
+
     use super::*;
 
     #[test]
-    fn a_light_vertex_has_the_size_of_a_cache_line() {
-        assert_eq!(size_of::<LightVertex>(), 64);
+    fn a_record_keeps_all_of_a_light_vertex() {
+        let mut words = [0.0; 16];
+        for (i, word) in words.iter_mut().enumerate() {
+            *word = 1.0 + i as f32;
+        }
+        assert_eq!(LightVertex::of_record(&Record(words)).record(), Record(words));
     }
 
     #[test]

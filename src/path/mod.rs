@@ -42,7 +42,7 @@ pub use departure::{Departure, Rules, Scattered};
 pub use edge::Edge;
 pub use joined::JoinedPath;
 pub use joint::{Around, Joint, Tail, are_directions, is_hittable};
-pub use merging::{LightVertex, Meeting, is_met};
+pub use merging::{LightVertex, Meeting, is_met, is_near};
 pub use mis::{Densities, Heuristic, is_covered, mis_weight, relative_deposit};
 pub use rivals::{Beginning, RivalSum, Rivals, RunningSum};
 pub use roulette::Roulette;

@@ -74,8 +74,8 @@ impl WaveSink for TaskSink<'_> {
     }
 
     #[cold]
-    fn reject(&mut self, strategy: Strategy) {
-        self.count_rejected(Technique::Bidirectional(strategy));
+    fn reject(&mut self, technique: Technique) {
+        self.count_rejected(technique);
     }
 
     #[inline(always)]

@@ -10,8 +10,8 @@ use super::{
 };
 use crate::{
     film::{Half, TileSums},
-    integrator::{Connects, Starts, Wave},
-    lanes::{Instructions, Lanes, Work},
+    integrator::{Connects, LightVertexMap, Starts, Sweep, Wave},
+    lanes::{Instructions, Lanes, Record, Work},
 };
 
 /// How many paths a thread computes at once. No image depends on it.
@@ -67,51 +67,61 @@ impl<'a> Renderer<'a> {
         (plain && lanes && self.waves_serve).then_some(self.lanes)
     }
 
-    /// One pass, with a wave for each tile.
+    /// One pass, with a wave for each tile; where light vertices are kept for merges, two: all of them come first.
     pub(super) fn pass_in_waves(&self, lanes: Instructions, half: Half) {
-        let image = PaddedImage { sensor: self.scene.camera.sensor(), side: PaddedImage::TILE_OF_WAVES };
-        let from_camera = self.integrator.walks_from_camera();
         self.scene.prepare_waves();
-        image.tiles().into_par_iter().for_each_init(
-            || (Starts::default(), Wave::default(), TileSums::default()),
-            |(starts, wave, sums), tile| {
-                if from_camera {
-                    sums.start(image.corner(tile), image.side);
+        let Some(radius) = self.integrator.techniques().radius().filter(|_| self.integrator.merges()) else {
+            self.sweep_in_waves((lanes, half), Sweep::Whole);
+            return;
+        };
+        let kept = self.sweep_in_waves((lanes, half), Sweep::Light);
+        let map = LightVertexMap::new(&kept, radius);
+        drop(kept);
+        self.sweep_in_waves((lanes, half), Sweep::Camera(&map));
+    }
+
+    /// Returns the light vertices that each tile has kept.
+    fn sweep_in_waves(&self, (lanes, half): (Instructions, Half), sweep: Sweep<'_>) -> Vec<Vec<Record>> {
+        let image = PaddedImage { sensor: self.scene.camera.sensor(), side: PaddedImage::TILE_OF_WAVES };
+        let from_camera = self.integrator.walks_from_camera() && !matches!(sweep, Sweep::Light);
+        let tile = |(starts, wave, sums): &mut (Starts, Wave, TileSums), tile| {
+            if from_camera {
+                sums.start(image.corner(tile), image.side);
+            }
+            starts.clear();
+            let mut samples = 0;
+            for pixel in image.tile_in_squares(tile) {
+                let stage = self.light_stage(pixel, sweep);
+                samples += u64::from(stage.connects == Connects::Yes);
+                starts.push(pixel.corner(), pixel.key(), stage);
+            }
+            let mut sink = TaskSink {
+                renderer: self,
+                rays: Rays::default(),
+                spared: 0,
+                lost_to_sides: 0,
+                destination: Destination::Film { half, keep: None },
+                sums: from_camera.then_some(&mut *sums),
+            };
+            let (renderer, sink_of_tile) = (self, &mut sink);
+            match lanes {
+                Instructions::Portable => {}
+                #[cfg(target_arch = "x86_64")]
+                Instructions::Avx2(lanes) => {
+                    lanes.call(Tile { renderer, lanes, sweep, starts, wave, sink: sink_of_tile });
                 }
-                starts.clear();
-                let mut samples = 0;
-                for pixel in image.tile_in_squares(tile) {
-                    let stage = self.light_stage(pixel);
-                    samples += u64::from(stage.connects == Connects::Yes);
-                    starts.push(pixel.corner(), pixel.key(), stage);
+                #[cfg(target_arch = "x86_64")]
+                Instructions::Avx512(lanes) => {
+                    lanes.call(Tile { renderer, lanes, sweep, starts, wave, sink: sink_of_tile });
                 }
-                let destination = Destination::Film { half, keep: None };
-                let rays = Rays::default();
-                let mut sink = TaskSink {
-                    renderer: self,
-                    rays,
-                    spared: 0,
-                    lost_to_sides: 0,
-                    destination,
-                    sums: from_camera.then_some(&mut *sums),
-                };
-                match lanes {
-                    Instructions::Portable => {}
-                    #[cfg(target_arch = "x86_64")]
-                    Instructions::Avx2(lanes) => {
-                        lanes.call(Tile { renderer: self, lanes, starts, wave, sink: &mut sink });
-                    }
-                    #[cfg(target_arch = "x86_64")]
-                    Instructions::Avx512(lanes) => {
-                        lanes.call(Tile { renderer: self, lanes, starts, wave, sink: &mut sink });
-                    }
-                }
-                self.count_task(&sink, samples);
-                if from_camera {
-                    sums.flush(&self.film, half);
-                }
-            },
-        );
+            }
+            self.count_task(&sink, samples);
+            if from_camera {
+                sums.flush(&self.film, half);
+            }
+            wave.take_kept()
+        };
+        image.tiles().into_par_iter().map_init(Default::default, tile).collect()
     }
 }
 
@@ -119,6 +129,7 @@ impl<'a> Renderer<'a> {
 struct Tile<'a, 's, L> {
     renderer: &'a Renderer<'s>,
     lanes: L,
+    sweep: Sweep<'a>,
     starts: &'a mut Starts,
     wave: &'a mut Wave,
     sink: &'a mut TaskSink<'s>,
@@ -129,8 +140,9 @@ impl<L: Lanes> Work for Tile<'_, '_, L> {
 
     #[inline(always)]
     fn work(self) {
-        let Self { renderer: Renderer { integrator, scene, settings, passes, .. }, lanes, starts, wave, sink } = self;
+        let Self { renderer: Renderer { integrator, scene, settings, passes, .. }, lanes, sweep, starts, wave, sink } =
+            self;
         let numbers = (settings.sampler, settings.seed, passes.end);
-        integrator.estimate_in_waves(lanes, scene, numbers, starts, wave, sink);
+        integrator.estimate_in_waves(lanes, scene, numbers, (sweep, starts), wave, sink);
     }
 }

@@ -5,7 +5,8 @@ use super::{
     bodies::come_to_bodies,
     count,
     leave::Leave,
-    queue::{CONNECTS, HITTABLE, SPLATS, Walk, Walks, has},
+    merge::keep,
+    queue::{CONNECTS, HITTABLE, KEEPS, SPLATS, Walk, Walks, has},
     store::LightEnd,
 };
 use crate::{
@@ -237,6 +238,10 @@ impl<L: Lanes, S: WaveSink> Work for Arrive<'_, L, S> {
                 let kept = which & has(walk.flags, CONNECTS);
                 if vertices <= light_vertices.connected && kept.any() {
                     queues.light_vertices.put(vertices, &end, walk.number, kept);
+                }
+                let merges = which & has(walk.flags, KEEPS);
+                if vertices <= light_vertices.merged && merges.any() {
+                    keep(stage, &end, walk, merges, &mut queues.kept);
                 }
             }
         }

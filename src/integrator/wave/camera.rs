@@ -3,6 +3,7 @@
 
 use super::{
     CameraEnd, Queues, Stage, Starts, WaveSink, deposit,
+    merge::Merge,
     queue::{CONNECTS, Walk, Walks, has},
     store::{Held, LightEnd},
 };
@@ -10,7 +11,7 @@ use crate::{
     integrator::Integrator,
     lanes::{Float, Lanes, MOST, Mask, Unsigned, Vector},
     math::Rgb,
-    path::{Departure, Joint, RivalSum, Step, Strategy, Tail, is_hittable},
+    path::{Departure, Joint, RivalSum, Step, Strategy, Tail, Technique, is_hittable},
     sampling::{Block, Choice, Numbers, PdfArea, Sampler, Square, Stream, warp},
     scene::{
         bsdf::Bsdfs,
@@ -104,13 +105,13 @@ impl Integrator {
         let (x, y) = (walk.raster[0].all(), walk.raster[1].all());
         for k in (lights & !contribution.is_black()).lanes() {
             for _ in 0..times {
-                deposit(sink, strategy, [x[k], y[k]], Rgb::from_array(value[k]));
+                deposit(sink, Technique::Bidirectional(strategy), [x[k], y[k]], Rgb::from_array(value[k]));
             }
         }
     }
 
     /// s ≥ 1: next-event estimation at the vertices of the lanes `which`, and their connections to the light vertices
-    /// of their own pixels, up to the rays.
+    /// of their own pixels, up to the rays; and their merges.
     #[inline(always)]
     pub(super) fn connect<L: Lanes>(
         &self,
@@ -126,6 +127,10 @@ impl Integrator {
             let z = CameraEnd { step: here, tail: walk.tail(here), raster: walk.raster };
             self.connect_to_lights(stage, walk, &z, which, queues, sink);
             self.connect_to_vertices(stage, walk, &z, which, queues, sink);
+            if let Some(map) = stage.map {
+                let meetings = &mut queues.meetings;
+                stage.lanes.call(Merge { integrator: self, stage, map, z: &z, which, meetings, sink });
+            }
         }
     }
 

@@ -4,13 +4,13 @@ use super::{
     Stage, WaveSink,
     bodies::go_through,
     count,
-    queue::{CONNECTS, DELTA, DELTA_BEFORE, HITTABLE, SPLATS, Walk, Walks, flag, has},
+    queue::{CONNECTS, DELTA, DELTA_BEFORE, HITTABLE, KEEPS, SPLATS, Walk, Walks, flag, has},
     words,
 };
 use crate::{
     integrator::Integrator,
-    lanes::{Float, Lanes, Select, Vector, Work},
-    path::{Beginning, RivalSum, Rules, Step},
+    lanes::{Float, Lanes, Vector, Work},
+    path::{RivalSum, Rules, Step},
     sampling::{Block, Chance, PdfArea, Sampler, Stream},
     scene::{
         bsdf::{Bsdfs, Transport},
@@ -46,13 +46,13 @@ impl<L: Lanes, S: WaveSink> Work for Leave<'_, L, S> {
         let survive: Chance<L::U> = numbers.next_chance();
         let rules = Rules { transport, directions: integrator.evaluated.directions(), roulette: integrator.roulette };
         let scattered = here.scatter(rules, vertices - 1, walk.whole, u, survive);
-        sink.lost_to_sides(count(scattered.lost_to_sides & which));
+        sink.lost_to_sides(count(scattered.lost_to_sides & which & integrator.counts_losses(stage, walk)));
         let (p, goes_on) = (&here.vertex.point, scattered.goes_on & which);
         if stage.scene.media().is_some() && p.bsdf.may_transmit() {
             let through = p.normal.dot(scattered.departure.direction) * p.normal.dot(here.back.direction);
             go_through(walk, goes_on & through.lt(lanes.splat(0.0)), inside);
         }
-        let flags = walk.flags & lanes.splat_u(SPLATS | CONNECTS | HITTABLE)
+        let flags = walk.flags & lanes.splat_u(SPLATS | CONNECTS | KEEPS | HITTABLE)
             | flag(lanes, DELTA, scattered.is_delta)
             | flag(lanes, DELTA_BEFORE, has(walk.flags, DELTA));
         let onwards = Walk {
@@ -74,14 +74,17 @@ impl<L: Lanes, S: WaveSink> Work for Leave<'_, L, S> {
 /// The running sum up to the last vertex that `walk` has left, now that its `reverse` density is known.
 #[inline(always)]
 fn rivals_before<L: Lanes>(stage: Stage<'_, L>, walk: &Walk<L>, reverse: PdfArea<L::F>) -> RivalSum<L::U> {
-    let Stage { lanes, rivals, transport, vertices, .. } = stage;
+    let Stage { rivals, transport, vertices, .. } = stage;
     let sum = if transport == Transport::Radiance { &rivals.camera } else { &rivals.light };
     if sum.is_empty() {
         return walk.rivals;
     }
-    let hittable = has(walk.flags, HITTABLE).select(lanes.splat(1.0), lanes.splat(0.0));
-    let beginning = Beginning { hittable, next_event_ratio: walk.next_event_ratio };
-    let j = vertices as usize - 2;
-    let connects = beginning.connects(j, [has(walk.flags, DELTA), has(walk.flags, DELTA_BEFORE)]);
-    sum.next(j, [reverse, walk.pdf_fwd], connects, walk.rivals)
+    let (j, is_delta) = (vertices as usize - 2, has(walk.flags, DELTA));
+    let connects = walk.beginning(walk.next_event_ratio).connects(j, [is_delta, has(walk.flags, DELTA_BEFORE)]);
+    let densities = [reverse, walk.pdf_fwd];
+    if sum.has_merges() {
+        sum.next_merging(j, densities, connects, is_delta, walk.rivals)
+    } else {
+        sum.next(j, densities, connects, walk.rivals)
+    }
 }

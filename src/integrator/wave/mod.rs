@@ -12,6 +12,7 @@ mod camera;
 mod join;
 mod leave;
 mod light;
+mod merge;
 mod queue;
 mod store;
 
@@ -19,14 +20,15 @@ use glam::Vec3;
 
 use self::{
     join::CameraEnd,
-    queue::{CONNECTS, Connections, SPLATS, Seen, Walks, has},
+    merge::Meetings,
+    queue::{CONNECTS, Connections, KEEPS, SPLATS, Seen, Walks, has},
     store::VertexStore,
 };
-use super::{Connects, Integrator, LightStage, Splats, estimator::has_a_place};
+use super::{Connects, Integrator, LightStage, LightVertexMap, Splats, Sweep, estimator::has_a_place};
 use crate::{
-    lanes::{Lanes, MOST, Mask},
+    lanes::{Lanes, MOST, Mask, Record},
     math::Rgb,
-    path::{LightVertices, Rivals, Step, Strategy},
+    path::{LightVertices, Rivals, Step, Strategy, Technique},
     sampling::{Numbers, PdfArea, SamplerKind, Stream},
     scene::{
         Scene,
@@ -48,7 +50,7 @@ pub trait WaveSink {
     fn announce(&mut self, lanes: impl Lanes, raster: Raster);
 
     /// A contribution that is not finite or negative.
-    fn reject(&mut self, strategy: Strategy);
+    fn reject(&mut self, technique: Technique);
 
     /// Rays of connections were traced.
     fn shadow_rays(&mut self, rays: usize);
@@ -69,6 +71,13 @@ pub struct Wave {
     queues: Queues,
 }
 
+impl Wave {
+    /// The vertices that its light subpaths have left for merges since this was last asked.
+    pub fn take_kept(&mut self) -> Vec<Record> {
+        std::mem::take(&mut self.queues.kept)
+    }
+}
+
 /// What the walks of a wave leave behind at a vertex.
 #[derive(Debug, Default)]
 struct Queues {
@@ -76,6 +85,9 @@ struct Queues {
     next: Walks,
     connections: Connections,
     light_vertices: VertexStore,
+    /// Those that the pass keeps for merges.
+    kept: Vec<Record>,
+    meetings: Meetings,
     /// Of each walk what it is in, by its number; where the scene has media.
     inside: Vec<Inside>,
     /// Of each walk from a light the point where it began, by its number; where weights ask for it.
@@ -115,7 +127,7 @@ pub struct Starts {
     corners: [Vec<f32>; 2],
     /// What names them to a sampler.
     keys: Vec<u32>,
-    /// [`SPLATS`] and [`CONNECTS`].
+    /// [`SPLATS`], [`CONNECTS`] and [`KEEPS`].
     flags: Vec<u32>,
     /// The order in which walks from the camera begin.
     order: Vec<u32>,
@@ -134,12 +146,13 @@ impl Starts {
     }
 
     /// Adds a pixel; one that connects has a walk from the camera, too.
-    pub fn push(&mut self, corner: glam::Vec2, key: u32, LightStage { connects, splats, .. }: LightStage) {
+    pub fn push(&mut self, corner: glam::Vec2, key: u32, LightStage { connects, splats, keeps }: LightStage) {
         let flag = |flag: u32, is_set: bool| if is_set { flag } else { 0 };
         self.corners[0].push(corner.x);
         self.corners[1].push(corner.y);
         self.keys.push(key);
-        self.flags.push(flag(CONNECTS, connects == Connects::Yes) | flag(SPLATS, splats == Splats::Yes));
+        let ends = flag(CONNECTS, connects == Connects::Yes) | flag(SPLATS, splats == Splats::Yes);
+        self.flags.push(ends | flag(KEEPS, keeps.is_some()));
         self.len += 1;
     }
 
@@ -171,6 +184,8 @@ struct Stage<'a, L> {
     scene: &'a Scene,
     rivals: &'a Rivals,
     transport: Transport,
+    /// The light vertices that walks from the camera merge with.
+    map: Option<&'a LightVertexMap>,
     /// Where random numbers come from.
     kind: SamplerKind,
     seed: u64,
@@ -210,7 +225,7 @@ impl<L: Lanes> Stage<'_, L> {
     fn most(&self) -> u32 {
         match self.transport {
             Transport::Radiance => self.camera_vertices,
-            Transport::Importance => self.light_vertices.connected.max(self.light_vertices.splatted),
+            Transport::Importance => self.light_vertices.most(),
         }
     }
 
@@ -221,9 +236,10 @@ impl<L: Lanes> Stage<'_, L> {
         match self.transport {
             Transport::Radiance => all(self.vertices < self.camera_vertices),
             Transport::Importance => {
-                let LightVertices { connected, splatted, .. } = self.light_vertices;
+                let LightVertices { connected, splatted, merged } = self.light_vertices;
                 let connects = has(flags, CONNECTS) & all(self.vertices < connected);
-                connects | (has(flags, SPLATS) & all(self.vertices < splatted))
+                let keeps = has(flags, KEEPS) & all(self.vertices < merged);
+                connects | keeps | (has(flags, SPLATS) & all(self.vertices < splatted))
             }
         }
     }
@@ -239,7 +255,6 @@ impl Integrator {
             && table.splits() == 1
             && table.light_paths() == 1
             && table.shared_light_vertices().is_none()
-            && self.weighed.radius().is_none()
             && self.connections.is_none()
             && !(scene.camera.has_aperture() || scene.camera.is_orthographic())
             && scene.is_all_there()
@@ -251,7 +266,7 @@ impl Integrator {
         plain && numbered && most.is_some_and(|most| most <= MOST_SAMPLES)
     }
 
-    /// One sample of each of some pixels: walks their subpaths from lights and from the camera, joins and deposits them
+    /// Of one sample of each of some pixels the part that `sweep` says: walks their subpaths from lights and from the camera, joins and deposits them
     /// by every strategy of the table, as [`Self::estimate_from_light`] and [`Self::estimate_from_camera`] do path by
     /// path.
     #[inline(always)]
@@ -260,18 +275,21 @@ impl Integrator {
         lanes: L,
         scene: &Scene,
         (kind, seed, sample): (SamplerKind, u64, u32),
-        starts: &mut Starts,
+        (sweep, starts): (Sweep<'_>, &mut Starts),
         wave: &mut Wave,
         sink: &mut impl WaveSink,
     ) {
         let Some(rivals) = &self.rivals else { return };
+        let map = if let Sweep::Camera(map) = sweep { Some(map) } else { None };
         let (camera_vertices, light_vertices) = (self.evaluated.camera_vertices(), self.evaluated.light_vertices());
         starts.pad();
         wave.queues.light_vertices.clear(starts.len);
         for transport in [Transport::Importance, Transport::Radiance] {
+            let vertices = 0;
             let mut stage =
-                Stage { lanes, scene, rivals, transport, kind, seed, vertices: 0, camera_vertices, light_vertices };
-            if stage.most() == 0 {
+                Stage { lanes, scene, rivals, transport, map, kind, seed, vertices, camera_vertices, light_vertices };
+            let is_left_out = transport == Transport::Radiance && matches!(sweep, Sweep::Light);
+            if is_left_out || stage.most() == 0 {
                 continue;
             }
             match transport {
@@ -337,7 +355,7 @@ impl Integrator {
                 sink.announce(lanes, Raster(raster.into()));
             }
             let (value, raster, s) = seen.get(i);
-            deposit(sink, Strategy { s, t }, raster, value);
+            deposit(sink, Technique::Bidirectional(Strategy { s, t }), raster, value);
         }
     }
 
@@ -371,13 +389,14 @@ fn count(which: impl Mask) -> usize {
 
 /// Deposits what is worth it.
 #[inline(always)]
-fn deposit(sink: &mut impl WaveSink, strategy: Strategy, raster: [f32; 2], value: Rgb) {
+fn deposit(sink: &mut impl WaveSink, technique: Technique, raster: [f32; 2], value: Rgb) {
+    let (Technique::Bidirectional(strategy) | Technique::Merged(strategy)) = technique else { return };
     if value == Rgb::ZERO {
         return;
     }
     if has_a_place(value) {
         sink.deposit(strategy, Raster(raster.into()), value);
     } else {
-        sink.reject(strategy);
+        sink.reject(technique);
     }
 }

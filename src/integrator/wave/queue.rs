@@ -3,7 +3,7 @@
 use crate::{
     lanes::{Float, Lanes, MOST, Mask, Select, Unsigned, Vector},
     math::Rgb,
-    path::{Departure, RivalSum, Step, Strategy, Tail},
+    path::{Beginning, Departure, RivalSum, Step, Strategy, Tail},
     sampling::{PdfArea, PdfSolidAngle},
     scene::{
         Scene,
@@ -122,6 +122,8 @@ pub const SPLATS: u32 = 16;
 pub const CONNECTS: u32 = 32;
 /// A ray can meet the light that it comes from.
 pub const HITTABLE: u32 = 64;
+/// Its vertices are kept for merges.
+pub const KEEPS: u32 = 256;
 /// Its last vertex but one passes a delta lobe.
 pub const DELTA_BEFORE: u32 = 128;
 
@@ -157,6 +159,14 @@ impl<L: Lanes> Walk<L> {
             is_delta: [has(self.flags, DELTA), has(self.flags, DELTA_BEFORE)],
             rivals: self.rivals,
         }
+    }
+
+    /// What the first two edges of walks from lights count as, now that the ratio of their lights' densities is known.
+    #[inline(always)]
+    pub fn beginning(&self, next_event_ratio: L::F) -> Beginning<L::F> {
+        let lanes = self.flags.lanes();
+        let hittable = has(self.flags, HITTABLE).select(lanes.splat(1.0), lanes.splat(0.0));
+        Beginning { hittable, next_event_ratio }
     }
 
     /// In which lanes the last vertex is such a place.

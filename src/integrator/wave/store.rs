@@ -65,6 +65,13 @@ pub enum Held {
 }
 
 impl Held {
+    /// What BSDFs are that a store has to keep.
+    #[inline(always)]
+    pub fn of<L: Lanes>(lanes: L, bsdf: &Bsdfs<L>) -> Self {
+        let (kind, _) = bsdf.kind_and_terms(lanes);
+        kind.map_or(Self::Other, Self::Of)
+    }
+
     /// What connections use.
     pub const ALL: [Self; 4] =
         [Self::Of(Kind::Diffuse), Self::Of(Kind::MetallicRoughness), Self::Of(Kind::Dielectric), Self::Other];
