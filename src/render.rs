@@ -9,13 +9,14 @@ mod padded;
 mod portable;
 mod settings;
 mod statistics;
+mod variance;
 mod waves;
 
 use std::{
     collections::BTreeMap,
     ops::Range,
     sync::{
-        Mutex,
+        Arc, Mutex,
         atomic::{AtomicU64, Ordering::Relaxed},
     },
 };
@@ -38,7 +39,9 @@ use self::{
 
 use crate::{
     film::{AlphaSums, Crop, Film, FixedPoint, Half, Sums},
-    integrator::{Connects, Integrator, Kept, LightStage, LightVertexMap, Samplers, Scratch, Sink, Splats, Sweep},
+    integrator::{
+        Connects, Integrator, Kept, LightStage, LightVertexMap, Samplers, Scratch, Sink, Splats, Sweep, Weights,
+    },
     lanes::Instructions,
     layers::Layers,
     path::Technique,
@@ -119,7 +122,7 @@ impl<'a> Renderer<'a> {
         };
         let merges = integrator.techniques().radius().is_some();
         let merge_radius = merges.then(|| MergeRadius::of(scene, settings.merge_radius));
-        Self {
+        let renderer = Self {
             scene,
             settings,
             merge_radius,
@@ -136,7 +139,16 @@ impl<'a> Renderer<'a> {
             spared: AtomicU64::new(0),
             lost_to_sides: AtomicU64::new(0),
             rejected: Mutex::default(),
+        };
+        renderer.with_weights(settings.weights)
+    }
+
+    fn with_weights(self, weights: Weights) -> Self {
+        if weights == Weights::Plain || !variance::would_use_factors(&self.integrator) {
+            return self;
         }
+        let factors = Arc::new(variance::measured(&self));
+        Self { integrator: self.integrator.clone().with_variance_factors(&factors), ..self }
     }
 
     /// Makes an image of each of `layers` beside the image itself.

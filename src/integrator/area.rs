@@ -5,7 +5,7 @@
 //! and weights use. Where surfaces touch, its variance is infinite (∫G² diverges): compare it in scenes whose surfaces
 //! do not. As the definition does, it takes memory for each path.
 
-use super::description::{Description, Landing, LightSampling, Merges, Table};
+use super::description::{Description, Landing, LightSampling, Merges, Table, Weights};
 use crate::{
     path::{Edge, Heuristic, JoinedPath, Path, Roulette, Step, Vertex},
     sampling::{Block, Sampler, SamplerKind},
@@ -21,6 +21,7 @@ pub const DESCRIPTION: Description = Description {
     table: Table::Area,
     merges: Merges::No,
     heuristic: Heuristic::Power,
+    weights: Weights::Plain,
     roulette: Roulette::FromDepth(4),
     sampler: SamplerKind::Independent,
     light_sampling: LightSampling::Power,

@@ -1,6 +1,6 @@
 //! Bidirectional path tracing (Veach & Guibas 1994; Lafortune & Willems 1993): every strategy with t ≥ 1.
 
-use super::description::{Description, Landing, LightSampling, Merges, Table};
+use super::description::{Description, Landing, LightSampling, Merges, Table, Weights};
 use crate::{
     path::{Heuristic, Roulette},
     sampling::SamplerKind,
@@ -14,6 +14,7 @@ pub const DESCRIPTION: Description = Description {
     table: Table::Strategies(|x| u32::from(x.t >= 1)),
     merges: Merges::No,
     heuristic: Heuristic::Power,
+    weights: Weights::VarianceAware,
     roulette: Roulette::FromDepth(2),
     sampler: SamplerKind::Sobol,
     light_sampling: LightSampling::Suitable,

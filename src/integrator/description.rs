@@ -21,6 +21,8 @@ pub struct Description {
     pub merges: Merges,
     /// The rule that weighs its table.
     pub heuristic: Heuristic,
+    /// What its weights compare with the least noise in the same time.
+    pub weights: Weights,
     /// The roulette that gives it the least noise in the same time: early where a vertex costs many connections and its
     /// share of the image has other strategies, later where the walk is all there is.
     pub roulette: Roulette,
@@ -35,6 +37,29 @@ pub struct Description {
     pub landing: Landing,
     /// The longest paths that it finds whatever is asked for, in edges.
     pub longest_path: u32,
+}
+
+/// What weights of multiple importance sampling compare.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Weights {
+    /// n p of each technique.
+    Plain,
+    /// v n p, where v says how much less noisy a technique's samples of direct light are than independent ones:
+    /// measured before the first pass (see [`VarianceFactors`](crate::path::VarianceFactors)).
+    VarianceAware,
+}
+
+impl Weights {
+    /// Both.
+    pub const ALL: [Self; 2] = [Self::Plain, Self::VarianceAware];
+
+    /// The name on the command line.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Plain => "plain",
+            Self::VarianceAware => "variance-aware",
+        }
+    }
 }
 
 /// An integrator's table of techniques.

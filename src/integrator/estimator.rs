@@ -355,7 +355,8 @@ impl Integrator {
             let Some(meeting) = y.met_by(x, y.strategy(t), table).filter(|x| x.contribution != Rgb::ZERO) else {
                 continue;
             };
-            let weight = y.weight(&tail, &meeting, table, rivals) / table.samples(Technique::Merged(meeting.strategy));
+            let weight = y.weight((&tail, raster.0.to_array()), &meeting, table, rivals)
+                / table.samples(Technique::Merged(meeting.strategy));
             let value = meeting.contribution * weight;
             if value == Rgb::ZERO {
                 continue;

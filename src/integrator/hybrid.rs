@@ -1,7 +1,7 @@
 //! Path and light tracing in one estimator: s ≤ 1, or t = 1. There are no inner connections, so it costs little more
 //! than the two, and the weights leave caustics to the light subpaths.
 
-use super::description::{Description, Landing, LightSampling, Merges, Table};
+use super::description::{Description, Landing, LightSampling, Merges, Table, Weights};
 use crate::{
     path::{Heuristic, Roulette},
     sampling::SamplerKind,
@@ -16,6 +16,7 @@ pub const DESCRIPTION: Description = Description {
     table: Table::Strategies(|x| u32::from((x.s <= 1 && x.t >= 2) || x.t == 1)),
     merges: Merges::No,
     heuristic: Heuristic::Power,
+    weights: Weights::VarianceAware,
     roulette: Roulette::FromDepth(2),
     sampler: SamplerKind::Sobol,
     light_sampling: LightSampling::Suitable,

@@ -1,7 +1,7 @@
 //! Light tracing: every vertex of a light subpath is connected to the lens, t = 1 (lecture, *Sum over paths:
 //! implications*).
 
-use super::description::{Description, Landing, LightSampling, Merges, Table};
+use super::description::{Description, Landing, LightSampling, Merges, Table, Weights};
 use crate::{
     path::{Heuristic, Roulette},
     sampling::SamplerKind,
@@ -16,6 +16,7 @@ pub const DESCRIPTION: Description = Description {
     table: Table::Strategies(|x| u32::from(x.t == 1)),
     merges: Merges::No,
     heuristic: Heuristic::Power,
+    weights: Weights::Plain,
     roulette: Roulette::FromDepth(4),
     sampler: SamplerKind::Independent,
     light_sampling: LightSampling::Power,

@@ -8,15 +8,18 @@ mod light_vertex_map;
 mod wave;
 
 pub use connection_roulette::{ConnectionRoulette, RelativeRoulette};
-pub use description::{Description, Gap, Landing, LightSampling, Merges, Table};
+pub use description::{Description, Gap, Landing, LightSampling, Merges, Table, Weights};
 pub use estimator::{Connects, Kept, LightStage, Samplers, Scratch, Sink, Splats};
 pub use light_vertex_map::{BYTES_OF_A_LIGHT_VERTEX, LightVertexMap, Sweep};
 pub use wave::{Starts, Wave, WaveSink};
+
+use std::sync::Arc;
 
 use self::estimator::connectible;
 use crate::{
     path::{
         Densities, Heuristic, JoinedPath, LightVertices, Rivals, Roulette, Strategy, Subpath, Technique, Techniques,
+        VarianceFactors,
     },
     sampling::{Independent, Stream},
     scene::{Scene, bsdf::Directions, camera::Sensor},
@@ -139,6 +142,12 @@ impl Integrator {
         let within = |table: &Techniques| table.merging_within(table.radius().map(|_| radius));
         let [evaluated, weighed] = [&self.evaluated, &self.weighed].map(within);
         self.with_weighed(evaluated, weighed)
+    }
+
+    /// The same integrator with weights that know these factors.
+    #[must_use]
+    pub fn with_variance_factors(self, factors: &Arc<VarianceFactors>) -> Self {
+        self.with_tables(|table| table.clone().with_variance_factors(factors.clone()))
     }
 
     /// The same integrator with roulette on its connections, next-event rays among them.

@@ -1,6 +1,6 @@
 //! Path tracing with next-event estimation and MIS (lecture, *Path tracing*): s ≤ 1, t ≥ 2.
 
-use super::description::{Description, Landing, LightSampling, Merges, Table};
+use super::description::{Description, Landing, LightSampling, Merges, Table, Weights};
 use crate::{
     path::{Heuristic, Roulette},
     sampling::SamplerKind,
@@ -15,6 +15,7 @@ pub const DESCRIPTION: Description = Description {
     table: Table::Strategies(|x| u32::from(x.s <= 1 && x.t >= 2)),
     merges: Merges::No,
     heuristic: Heuristic::Power,
+    weights: Weights::Plain,
     roulette: Roulette::FromDepth(4),
     sampler: SamplerKind::Sobol,
     light_sampling: LightSampling::Suitable,

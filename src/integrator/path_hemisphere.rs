@@ -1,7 +1,7 @@
 //! Path tracing without next-event estimation (lecture, *directional sampling*): s = 0. A light counts when the walk
 //! hits it.
 
-use super::description::{Description, Landing, LightSampling, Merges, Table};
+use super::description::{Description, Landing, LightSampling, Merges, Table, Weights};
 use crate::{
     path::{Heuristic, Roulette},
     sampling::SamplerKind,
@@ -15,6 +15,7 @@ pub const DESCRIPTION: Description = Description {
     table: Table::Strategies(|x| u32::from(x.s == 0)),
     merges: Merges::No,
     heuristic: Heuristic::Power,
+    weights: Weights::Plain,
     roulette: Roulette::FromDepth(4),
     sampler: SamplerKind::Sobol,
     light_sampling: LightSampling::Power,

@@ -2,7 +2,7 @@
 //! support, p_{1,t} > 0, and s = 0 for the rest: lights seen directly, in mirrors and through smooth glass.
 
 use super::{
-    description::{Description, Landing, LightSampling},
+    description::{Description, Landing, LightSampling, Weights},
     path,
 };
 use crate::{
@@ -18,6 +18,7 @@ pub const DESCRIPTION: Description = Description {
     table: path::DESCRIPTION.table,
     merges: path::DESCRIPTION.merges,
     heuristic: Heuristic::FirstSupported,
+    weights: Weights::Plain,
     roulette: Roulette::FromDepth(4),
     sampler: SamplerKind::Sobol,
     light_sampling: LightSampling::Suitable,

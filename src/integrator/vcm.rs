@@ -1,7 +1,7 @@
 //! Vertex connection and merging (Georgiev et al. 2012; Hachisuka et al. 2012): every strategy of bidirectional path
 //! tracing, and merges of its two subpaths wherever they come near each other.
 
-use super::description::{Description, Landing, LightSampling, Merges, Table};
+use super::description::{Description, Landing, LightSampling, Merges, Table, Weights};
 use crate::{
     path::{Heuristic, Roulette},
     sampling::SamplerKind,
@@ -17,6 +17,7 @@ pub const DESCRIPTION: Description = Description {
     merges: Merges::Yes,
     // Merges that share a light path are correlated, which squares would reward.
     heuristic: Heuristic::Balance,
+    weights: Weights::VarianceAware,
     roulette: Roulette::FromDepth(2),
     sampler: SamplerKind::Sobol,
     light_sampling: LightSampling::Suitable,

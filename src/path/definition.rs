@@ -3,15 +3,17 @@
 
 use std::sync::OnceLock;
 
-use glam::{DVec3, Vec3};
+use glam::{DVec3, Vec2, Vec3};
 
 use super::{Heuristic, PathClass, Strategy, Technique, Techniques, Vertex, class::Event, merging::is_met, tilt};
 use crate::{
+    lanes::One,
     math::{Frame, Rgb},
     sampling::PdfSolidAngle,
     scene::{
         Scene,
         bsdf::{Bsdf, Directions, Scatter},
+        camera::Raster,
         geometry::{PrimitiveId, offset_origin},
         media::{Boundary, Media, MediumId},
         point::{Place, Point},
@@ -26,6 +28,7 @@ pub struct Path<'a> {
     visibility: Vec<f64>,
     /// Of a path that has merged: where, and the place at which the light's subpath ends beside that vertex.
     merged: Option<(usize, Point)>,
+    raster: Raster,
     surroundings: OnceLock<Surroundings>,
 }
 
@@ -56,7 +59,14 @@ impl<'a> Path<'a> {
     pub fn new(scene: &'a Scene, vertices: Vec<Vertex>) -> Self {
         assert!(vertices.len() >= 2, "a path has at least one edge");
         let visibility = vec![1.0; vertices.len() - 1];
-        Self { scene, vertices, visibility, merged: None, surroundings: OnceLock::new() }
+        let raster = Raster(Vec2::ZERO);
+        Self { scene, vertices, visibility, merged: None, raster, surroundings: OnceLock::new() }
+    }
+
+    /// The same path, said to arrive there on the image: weights that know their noise ask for it.
+    #[must_use]
+    pub fn arriving_at(self, raster: Raster) -> Self {
+        Self { raster, ..self }
     }
 
     /// The same path as a merge at p_i = x: its edge to p_{i+1} ends at the point `q` beside x instead, which the
@@ -224,14 +234,17 @@ impl<'a> Path<'a> {
         place(0) == Place::Film && place(self.edges()) == Place::Infinite
     }
 
-    /// w(p̄) = (n p)^β / Σ (n p)^β over all techniques of the table: n_{s,t} p_{s,t} of strategies, and of the merge at
-    /// each p_i that it may have, N_c N_l πr² Π_{j≤i} c_j Π_{j≥i} l_j.
+    /// w(p̄) = (v n p)^β / Σ (v n p)^β over all techniques of the table: n_{s,t} p_{s,t} of strategies, with v where
+    /// the table has [`VarianceFactors`](super::VarianceFactors), and of the merge at each p_i that it may have,
+    /// N_c N_l πr² Π_{j≤i} c_j Π_{j≥i} l_j.
     pub fn mis_weight(&self, found: Technique, techniques: &Techniques, heuristic: Heuristic) -> f64 {
         let n = self.edges() as u32;
         let strategies = || (1..=n + 1).map(|t| Strategy { s: n + 1 - t, t });
         let sampled = |x: Technique| match x {
             Technique::Bidirectional(strategy) => {
-                f64::from(techniques.count(strategy)) * self.pdf_by(techniques.directions(), strategy)
+                let raster = self.raster.0.to_array();
+                let v = techniques.variance_factors().map_or(1.0, |factors| factors.of(One, strategy, raster));
+                f64::from(v) * f64::from(techniques.count(strategy)) * self.pdf_by(techniques.directions(), strategy)
             }
             Technique::Merged(strategy) => {
                 let area = f64::from(techniques.merging_area());

@@ -235,7 +235,7 @@ impl<'a> JoinedPath<'a> {
     pub fn to_path(&self) -> Path<'a> {
         let visibility = (0..self.edges()).map(|i| f64::from(self.visibility(i))).collect();
         let path = Path::new(self.scene, (0..=self.edges()).map(|i| self.vertex(i)).collect());
-        let path = path.with_visibility(visibility);
+        let path = path.with_visibility(visibility).arriving_at(self.raster);
         match self.beside {
             Some(q) => path.merged_at(self.camera.len() - 1, q.vertex.point),
             None => path,
@@ -328,6 +328,11 @@ impl Densities for JoinedPath<'_> {
     }
 
     #[inline(always)]
+    fn raster(&self) -> [f32; 2] {
+        self.raster.0.to_array()
+    }
+
+    #[inline(always)]
     fn ends_are_directions(&self) -> bool {
         let place = |i: u32| self.step(i).vertex.point.place;
         place(0) == Place::Film && place(self.edges()) == Place::Infinite
@@ -398,7 +403,8 @@ impl<'a> JoinedPath<'a> {
         let x = &self.camera[self.camera.len() - 1];
         let kept = LightVertex::of_prefix(&prefix, beginning, rivals, 0);
         let met = kept.and_then(|kept| Some((kept, kept.met_by(x, self.strategy(), techniques)?)));
-        met.map_or(0.0, |(kept, meeting)| kept.weight(&Tail::of(self.camera), &meeting, techniques, rivals))
+        let camera = (&Tail::of(self.camera), self.raster.0.to_array());
+        met.map_or(0.0, |(kept, meeting)| kept.weight(camera, &meeting, techniques, rivals))
     }
 
     /// A path that area sampling drew, with its V: F/p straight from the definition. `steps` is storage for its

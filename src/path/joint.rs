@@ -192,6 +192,8 @@ pub struct Around<'a, L: Lanes> {
     pub light_is_hittable: L::M,
     /// See [`Densities::ends_are_directions`].
     pub ends_are_directions: L::M,
+    /// Where the path arrives on the image.
+    pub raster: [L::F; 2],
 }
 
 impl<L: Lanes> Around<'_, L> {
@@ -259,6 +261,11 @@ impl<L: Lanes> Densities<L> for Around<'_, L> {
     #[inline(always)]
     fn light_is_hittable(&self) -> L::M {
         self.light_is_hittable
+    }
+
+    #[inline(always)]
+    fn raster(&self) -> [L::F; 2] {
+        self.raster
     }
 
     #[inline(always)]

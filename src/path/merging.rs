@@ -154,15 +154,30 @@ impl<L: Lanes> LightVertex<L> {
         met.any().then(|| Meeting::at(x, strategy, (self, met), techniques))
     }
 
-    /// The weights of paths that [`Self::met_by`] has found; `camera` is the tail of the camera's subpaths.
+    /// The weights of paths that [`Self::met_by`] has found; of the camera's subpaths the tail, and where they begin on
+    /// the image.
     #[inline(always)]
-    pub fn weight(&self, camera: &Tail<L>, meeting: &Meeting<L>, techniques: &Techniques, rivals: &Rivals) -> L::F {
+    pub fn weight(
+        &self,
+        (camera, raster): (&Tail<L>, [L::F; 2]),
+        meeting: &Meeting<L>,
+        techniques: &Techniques,
+        rivals: &Rivals,
+    ) -> L::F {
         let Strategy { s, t } = meeting.strategy;
-        let near = CameraPart { camera, meeting };
+        let near = CameraPart { camera, meeting, raster };
         let towards_camera = rivals.towards_camera(&near, t, techniques, camera.rivals);
-        let towards_light = meeting.camera_density.0.to_f64() * self.beyond.root();
+        let mut towards_light = meeting.camera_density.0.to_f64() * self.beyond.root();
         let in_units = |count: f32| f64::from(count) / f64::from(rivals.unit());
-        let connected = self.connects.to_f64() * in_units(techniques.count(Strategy { s, t }));
+        let mut connected = self.connects.to_f64() * in_units(techniques.count(Strategy { s, t }));
+        if let Some(factors) = techniques.variance_factors()
+            && near.edges() == 2
+        {
+            // Beyond the light there is nothing but a hit of it.
+            let [hit, next_event] = [Strategy { s: 0, t: 3 }, Strategy { s: 1, t: 2 }];
+            towards_light = towards_light * factors.of(near.lanes(), hit, raster).to_f64();
+            connected = connected * factors.of(near.lanes(), next_event, raster).to_f64();
+        }
         let own = self.pdf.0.to_f64() * in_units(techniques.merging_factor(t));
         rivals.share(own, [connected, towards_camera, towards_light])
     }
@@ -249,6 +264,7 @@ impl<L: Lanes> Meeting<L> {
 struct CameraPart<'a, L: Lanes> {
     camera: &'a Tail<L>,
     meeting: &'a Meeting<L>,
+    raster: [L::F; 2],
 }
 
 impl<L: Lanes> Densities<L> for CameraPart<'_, L> {
@@ -286,6 +302,11 @@ impl<L: Lanes> Densities<L> for CameraPart<'_, L> {
     #[inline(always)]
     fn light_is_hittable(&self) -> L::M {
         self.lanes().mask(u32::MAX)
+    }
+
+    #[inline(always)]
+    fn raster(&self) -> [L::F; 2] {
+        self.raster
     }
 
     #[inline(always)]

@@ -38,12 +38,14 @@ pub trait Densities<L: Lanes = One> {
     fn is_delta(&self, i: u32) -> L::M;
     /// Whether a ray can meet the light at p_n: point lights and suns are neither hit nor seen directly.
     fn light_is_hittable(&self) -> L::M;
+    /// Where the path arrives on the image: of interest where weights know their noise.
+    fn raster(&self) -> [L::F; 2];
     /// Whether both p_0 and p_n are directions alone (an orthographic camera and an environment), which (1,1) cannot
     /// join.
     fn ends_are_directions(&self) -> L::M;
 }
 
-/// n_{s,t} of a strategy as far as it could have found this path, zero where it could not;
+/// v n_{s,t} of a strategy as far as it could have found this path, zero where it could not;
 /// for s = 1 it carries the ratio of next-event to emission density, so that ratios of products may use l_n throughout.
 #[inline(always)]
 pub(super) fn effective_count<L: Lanes>(path: &impl Densities<L>, strategy: Strategy, techniques: &Techniques) -> L::F {
@@ -68,7 +70,12 @@ pub(super) fn effective_count<L: Lanes>(path: &impl Densities<L>, strategy: Stra
         impossible = impossible | path.ends_are_directions();
     }
     let next_event = s == 1 && t >= 2;
-    let count = if next_event { path.next_event_ratio() * count } else { lanes.splat(count) };
+    let mut count = if next_event { path.next_event_ratio() * count } else { lanes.splat(count) };
+    if let Some(factors) = techniques.variance_factors()
+        && n == 2
+    {
+        count = count * factors.of(lanes, strategy, path.raster());
+    }
     impossible.select(zero, count)
 }
 

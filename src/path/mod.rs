@@ -31,6 +31,7 @@ mod step;
 mod strategy;
 mod subpath;
 mod tilt;
+mod variance;
 mod vertex;
 
 #[cfg(test)]
@@ -50,4 +51,5 @@ pub use scattering::{Sampled, Surfaces};
 pub use step::Step;
 pub use strategy::{LightVertices, SharedLightVertices, Strategy, Technique, Techniques};
 pub use subpath::Subpath;
+pub use variance::VarianceFactors;
 pub use vertex::Vertex;

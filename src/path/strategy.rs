@@ -1,7 +1,8 @@
 //! Strategies and the table that says how often each is used: an integrator is such a table.
 
-use std::{f32::consts::PI, ops::RangeInclusive};
+use std::{f32::consts::PI, ops::RangeInclusive, sync::Arc};
 
+use super::VarianceFactors;
 use crate::scene::{bsdf::Directions, camera::Sensor};
 
 /// Veach's (s,t): `s` vertices sampled from the light side, `t` from the camera side, then connected.
@@ -77,6 +78,8 @@ pub struct Techniques {
     area: u32,
     /// The radius within which a camera subpath meets the light subpaths of the pass, if it does; m.
     radius: Option<f32>,
+    /// What weights know of the noise of direct light, if anything.
+    variance_factors: Option<Arc<VarianceFactors>>,
     light_vertices: LightVertices,
     camera_vertices: u32,
 }
@@ -105,6 +108,7 @@ impl Techniques {
             shared: None,
             area: 0,
             radius: None,
+            variance_factors: None,
             light_vertices: LightVertices::default(),
             camera_vertices: 0,
         };
@@ -137,7 +141,8 @@ impl Techniques {
                 }
         };
         let count = (0..).zip(&multiplicity).map(|(i, m)| *m as f32 * subpaths(i / side, i % side)).collect();
-        let mut table = Self { multiplicity, count, range: Vec::new(), ..*self };
+        let variance_factors = self.variance_factors.clone();
+        let mut table = Self { multiplicity, count, range: Vec::new(), variance_factors, ..*self };
         let of_length = |n: u32| {
             let mut t = (1..=n + 1).filter(|t| table.multiplicity(Strategy { s: n + 1 - t, t: *t }) > 0);
             let first = t.next();
@@ -174,6 +179,18 @@ impl Techniques {
     #[must_use]
     pub fn merging_within(&self, radius: Option<f32>) -> Self {
         Self { radius, ..self.clone() }.with_entries(self.multiplicity.clone())
+    }
+
+    /// The same table with weights that know these factors.
+    #[must_use]
+    pub fn with_variance_factors(self, factors: Arc<VarianceFactors>) -> Self {
+        Self { variance_factors: Some(factors), ..self }
+    }
+
+    /// What weights know of the noise of direct light, if anything.
+    #[inline]
+    pub fn variance_factors(&self) -> Option<&VarianceFactors> {
+        self.variance_factors.as_deref()
     }
 
     /// The radius of merges, if there are any; m.

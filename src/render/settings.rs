@@ -3,7 +3,7 @@
 use super::padded::PaddedImage;
 use crate::{
     film::Crop,
-    integrator::{IntegratorKind, RelativeRoulette, Weighting},
+    integrator::{IntegratorKind, RelativeRoulette, Weighting, Weights},
     math::Rgb,
     path::{Roulette, Step, Strategy},
     sampling::{Filter, SamplerKind},
@@ -49,6 +49,8 @@ pub struct Settings {
     pub connection_roulette: Option<RelativeRoulette>,
     /// The deposits of one strategy only, and how they are weighted.
     pub only: Option<(Strategy, Weighting)>,
+    /// What weights compare.
+    pub weights: Weights,
     /// Where random numbers come from.
     pub sampler: SamplerKind,
     /// The seed of all random numbers.
@@ -81,6 +83,7 @@ impl Settings {
             roulette: Roulette::default(),
             connection_roulette: None,
             only: None,
+            weights: Weights::Plain,
             sampler: SamplerKind::default(),
             seed: 0,
             filter: Filter::Box,

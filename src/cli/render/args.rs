@@ -4,7 +4,7 @@ use std::{path::PathBuf, time::Duration};
 
 use pathspace::{
     film::Crop,
-    integrator::{IntegratorKind, RelativeRoulette},
+    integrator::{IntegratorKind, RelativeRoulette, Weights},
     layers::Expression,
     path::Strategy,
     sampling::{Filter, SamplerKind},
@@ -117,6 +117,11 @@ pub struct RenderArgs {
     /// them [default: off]
     #[arg(long, value_name = "T,P", allow_hyphen_values = true, value_parser = values::connection_roulette)]
     pub connection_roulette: Option<RelativeRoulette>,
+
+    /// Weights of MIS: of densities and numbers of samples alone (plain), or also of how even a technique's samples of
+    /// direct light are, which a pilot measures (variance-aware) [default: variance-aware with hybrid, bdpt and vcm]
+    #[arg(long, value_name = "RULE", value_parser = values::weights())]
+    pub weights: Option<Weights>,
 
     /// Random numbers: independent of each other, or evenly distributed over a pixel's samples (sobol) [default: sobol;
     /// independent with -i light]

@@ -316,6 +316,7 @@ fn settings(args: &RenderArgs, crop: Crop, only: Option<(Strategy, Weighting)>) 
         connection_roulette: args.connection_roulette,
         roulette: args.paths.roulette.unwrap_or(args.integrator.description().roulette),
         only,
+        weights: args.weights.unwrap_or(args.integrator.description().weights),
         sampler: args.sampler.unwrap_or(args.integrator.description().sampler),
         seed: args.paths.seed,
         filter: args.filter,

@@ -5,7 +5,7 @@ use std::{collections::BTreeMap, ops::Range};
 
 use pathspace::{
     film::{Crop, Film, Header, Sums},
-    integrator::{RelativeRoulette, Weighting},
+    integrator::{RelativeRoulette, Weighting, Weights},
     io::{NamedCamera, ThinLens, View},
     path::{Roulette, Strategy},
     render::{Background, MergeRadius, Settings},
@@ -59,7 +59,7 @@ pub fn settings(job: &Job<'_>) -> BTreeMap<String, String> {
 }
 
 /// What a header has only where it is not as usual.
-fn unusual(job: &Job<'_>) -> [(&'static str, Option<String>); 17] {
+fn unusual(job: &Job<'_>) -> [(&'static str, Option<String>); 18] {
     let Job { settings, lights, .. } = job;
     let unless_one = |count: u32| (count != 1).then(|| count.to_string());
     let relative = |RelativeRoulette { threshold, end }| format!("{threshold},{end}");
@@ -72,6 +72,7 @@ fn unusual(job: &Job<'_>) -> [(&'static str, Option<String>); 17] {
         ("light-vertices", settings.light_vertices.map(|each| each.to_string())),
         (MERGE_RADIUS, job.merging.map(|radius| radius.to_string())),
         ("connection-roulette", settings.connection_roulette.map(relative)),
+        ("weights", (settings.weights != Weights::Plain).then(|| settings.weights.name().to_owned())),
         ("lights", (*lights != LightChoice::default()).then(|| lights.to_string())),
         ("paths", job.paths.clone()),
         ("hemisphere", (settings.hemisphere != Directions::Bsdf).then(|| settings.hemisphere.name().to_owned())),

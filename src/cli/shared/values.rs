@@ -7,7 +7,7 @@ use glam::DVec3;
 use pathspace::{
     compare::Metric,
     film::Crop,
-    integrator::{IntegratorKind, RelativeRoulette},
+    integrator::{IntegratorKind, RelativeRoulette, Weights},
     io::Limits,
     math::Rgb,
     path::{Roulette, Strategy},
@@ -97,6 +97,10 @@ fn named<T: Copy + Send + Sync + 'static, const N: usize>(
 
 pub fn directions() -> impl TypedValueParser<Value = Directions> {
     named(Directions::ALL, Directions::name)
+}
+
+pub fn weights() -> impl TypedValueParser<Value = Weights> {
+    named(Weights::ALL, Weights::name)
 }
 
 pub fn lights() -> impl TypedValueParser<Value = LightChoice> {

@@ -113,7 +113,8 @@ impl Integrator {
         (end, light, light_is_hittable): (&Point<L, Bsdfs<L>>, &Tail<L>, L::M),
     ) -> L::F {
         let ends_are_directions = are_directions(&z.step.vertex.point, end);
-        let around = Around { strategy, joint, camera: &z.tail, light, light_is_hittable, ends_are_directions };
+        let raster = joint.raster.unwrap_or(z.raster);
+        let around = Around { strategy, joint, camera: &z.tail, light, light_is_hittable, ends_are_directions, raster };
         around.weight(rivals, &self.weighed) / lanes.splat(self.weighed.count(strategy))
     }
 }

@@ -118,11 +118,13 @@ impl<L: Lanes, S: WaveSink> Work for Merge<'_, L, S> {
                 let which = lanes.first(len - at);
                 let met = camera.get(lanes, LEVEL, held, number, which);
                 let kept = lanes.records(map.records(), lanes.load_u(&pairs.light[at..]));
-                let values = integrator.merged(stage, &met, &LightVertex::of_columns(kept), strategy);
+                let all = number.all();
+                let raster = [lanes.numbers(|k| x[all[k] as usize]), lanes.numbers(|k| y[all[k] as usize])];
+                let values = integrator.merged(stage, (&met, raster), &LightVertex::of_columns(kept), strategy);
                 let Some((value, open)) = values else { continue };
-                let (value, number) = (value.channels().all(), number.all());
+                let value = value.channels().all();
                 for k in (open & which).lanes() {
-                    let raster = [x[number[k] as usize], y[number[k] as usize]];
+                    let raster = [x[all[k] as usize], y[all[k] as usize]];
                     deposit(sink, Technique::Merged(strategy), raster, Rgb::from_array(value[k]));
                 }
             }
@@ -136,7 +138,7 @@ impl Integrator {
     fn merged<L: Lanes>(
         &self,
         Stage { lanes, rivals, .. }: Stage<'_, L>,
-        z: &LightEnd<L>,
+        (z, raster): (&LightEnd<L>, [L::F; 2]),
         y: &LightVertex<L>,
         strategy: Strategy,
     ) -> Option<(Rgb<L::V>, L::M)> {
@@ -146,7 +148,7 @@ impl Integrator {
             return None;
         }
         let samples = self.weighed.samples(Technique::Merged(strategy));
-        let weight = y.weight(&z.tail, &meeting, &self.weighed, rivals) / lanes.splat(samples);
+        let weight = y.weight((&z.tail, raster), &meeting, &self.weighed, rivals) / lanes.splat(samples);
         Some((meeting.contribution.times(weight), open))
     }
 

@@ -44,6 +44,9 @@ impl Densities for Arbitrary {
     fn light_is_hittable(&self) -> bool {
         self.hittable
     }
+    fn raster(&self) -> [f32; 2] {
+        [40.0, 8.0]
+    }
     fn ends_are_directions(&self) -> bool {
         self.directions
     }
