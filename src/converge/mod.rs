@@ -250,6 +250,7 @@ fn settings(scene: &Scene, plan: &Plan, kind: IntegratorKind, number: u64) -> Se
         max_depth: plan.max_depth.min(kind.description().longest_path),
         roulette: plan.roulette.unwrap_or(kind.description().roulette),
         sampler: kind.description().sampler,
+        weights: kind.description().weights,
         seed: plan.seed.wrapping_add(number.wrapping_mul(0x9e37_79b9_7f4a_7c15)),
         ..Settings::new(scene.camera.sensor())
     }

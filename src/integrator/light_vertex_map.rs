@@ -1,6 +1,8 @@
 //! Where the light vertices of a pass are: a hashed grid of cells as wide as what a camera vertex meets (Teschner et
 //! al. 2003).
 
+use std::ops::Range;
+
 use glam::{IVec3, Vec3};
 use rayon::prelude::*;
 
@@ -76,27 +78,38 @@ impl LightVertexMap {
         if self.starts.is_empty() {
             return;
         }
-        let (x, mut seen) = (lanes.splat_v(place.to_array()), [u32::MAX; CELLS]);
+        let (mut seen, mut run) = ([u32::MAX; CELLS], 0..0);
         // The radius is half a cell.
         let corner = cell(place - self.radius, self.radius);
         for k in 0..CELLS {
-            let cell_of = |axis: usize| corner[axis].checked_add((k >> axis & 1) as i32);
-            // Beyond the last number of a cell there is none.
-            let (Some(a), Some(b), Some(c)) = (cell_of(0), cell_of(1), cell_of(2)) else { continue };
-            let bucket = bucket(IVec3::new(a, b, c), (self.starts.len() - 1) as u32);
+            let step = IVec3::new(k as i32 & 1, k as i32 >> 1 & 1, k as i32 >> 2);
+            let bucket = bucket(corner.wrapping_add(step), (self.starts.len() - 1) as u32);
             // Cells may share a bucket.
             if seen[..k].contains(&bucket) {
                 continue;
             }
             seen[k] = bucket;
             let (from, to) = (self.starts[bucket as usize] as usize, self.starts[bucket as usize + 1] as usize);
-            for at in (from..to).step_by(L::N) {
-                let [a, b, c] = &self.places;
-                let q = L::V::new(lanes.load(&a[at..]), lanes.load(&b[at..]), lanes.load(&c[at..]));
-                let near = is_near(self.radius, x, q) & lanes.first(to - at);
-                for i in near.lanes() {
-                    found.push((at + i) as u32);
-                }
+            if from == run.end {
+                run.end = to;
+            } else {
+                self.near(lanes, place, run, found);
+                run = from..to;
+            }
+        }
+        self.near(lanes, place, run, found);
+    }
+
+    /// Of a run of them, those within the radius.
+    #[inline(always)]
+    fn near<L: Lanes>(&self, lanes: L, place: Vec3, run: Range<usize>, found: &mut Vec<u32>) {
+        let x = lanes.splat_v(place.to_array());
+        for at in run.clone().step_by(L::N) {
+            let [a, b, c] = &self.places;
+            let q = L::V::new(lanes.load(&a[at..]), lanes.load(&b[at..]), lanes.load(&c[at..]));
+            let near = is_near(self.radius, x, q) & lanes.first(run.end - at);
+            for i in near.lanes() {
+                found.push((at + i) as u32);
             }
         }
     }
@@ -137,12 +150,13 @@ fn cell(place: Vec3, radius: f32) -> IVec3 {
     whole.saturating_sub(IVec3::from(whole.as_vec3().cmpgt(cells)))
 }
 
+/// Cells side by side along x are in buckets side by side: what is there lies together.
 #[inline]
 fn bucket(cell: IVec3, buckets: u32) -> u32 {
-    let [x, y, z] = cell.to_array().map(|x| x as u32);
-    let mixed = x.wrapping_mul(73_856_093) ^ y.wrapping_mul(19_349_663) ^ z.wrapping_mul(83_492_791);
-    // The lower bits alone of neighbouring cells differ too little.
-    (mixed ^ mixed >> 15).wrapping_mul(0x2c1b_3c6d).rotate_right(16) & (buckets - 1)
+    let [x, y, z] = cell.to_array().map(i32::cast_unsigned);
+    let mixed = y.wrapping_mul(19_349_663) ^ z.wrapping_mul(83_492_791);
+    // The lower bits alone of neighbouring rows differ too little.
+    (mixed ^ mixed >> 15).wrapping_mul(0x2c1b_3c6d).rotate_right(16).wrapping_add(x) & (buckets - 1)
 }
 
 #[cfg(test)]

@@ -37,10 +37,11 @@ pub fn assert_threads_do_not_matter(scene: impl Fn(Sensor) -> Scene) {
     let sensor = Sensor { width: 70, height: 50, padding: Filter::BlackmanHarris.padding() };
     let scene = scene(sensor);
     for (integrator, sampler) in every_kind() {
-        let settings = Settings { integrator, sampler, filter: Filter::BlackmanHarris, ..Settings::new(sensor) };
+        let (filter, weights) = (Filter::BlackmanHarris, integrator.description().weights);
+        let settings = Settings { integrator, sampler, filter, weights, ..Settings::new(sensor) };
         let files = [1, 2, 5].map(|threads| {
             let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
-            let mut renderer = Renderer::new(&scene, &settings);
+            let mut renderer = pool.install(|| Renderer::new(&scene, &settings));
             pool.install(|| (0..3).for_each(|_| renderer.pass()));
             let film = renderer.film();
             // The halves too: a pass in the wrong one leaves the sum as it is.
@@ -61,7 +62,8 @@ pub fn assert_crops_are_slices(scene: impl Fn(Sensor) -> Scene) {
         let sensor = Sensor { width: 48, height: 40, padding: filter.padding() };
         let scene = scene(sensor);
         for (integrator, sampler) in every_kind() {
-            let full = Settings { integrator, sampler, filter, ..Settings::new(sensor) };
+            let weights = integrator.description().weights;
+            let full = Settings { integrator, sampler, filter, weights, ..Settings::new(sensor) };
             let crop = Crop { x0: 9, y0: 17, x1: 30, y1: 40 };
             let part = render(&scene, &Settings { crop, ..full.clone() }, 2);
             let whole = render(&scene, &full, 2);

@@ -65,8 +65,8 @@ const WAVES: [IntegratorKind; 5] =
 const SENSOR: Sensor = Sensor { width: 45, height: 37, padding: 0 };
 
 fn settings(integrator: IntegratorKind) -> Settings {
-    let roulette = integrator.description().roulette;
-    Settings { integrator, sampler: SamplerKind::Sobol, roulette, ..Settings::new(SENSOR) }
+    let (roulette, weights) = (integrator.description().roulette, integrator.description().weights);
+    Settings { integrator, sampler: SamplerKind::Sobol, roulette, weights, ..Settings::new(SENSOR) }
 }
 
 /// Without a volume, so that waves go everywhere: Lambertians, flat and smooth, a mirror, lamps of unlike sizes, of two

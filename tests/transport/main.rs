@@ -36,3 +36,4 @@ mod scenes;
 mod strategies;
 mod textures;
 mod transparent;
+mod variance;

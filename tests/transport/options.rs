@@ -23,14 +23,14 @@ use crate::{
 };
 
 /// What differs between two estimates of one image.
-struct Variant<'a> {
+pub struct Variant<'a> {
     name: &'a str,
     scene: &'a Scene,
     settings: Vec<Settings>,
 }
 
 impl<'a> Variant<'a> {
-    fn new(name: &'a str, scene: &'a Scene, kind: IntegratorKind, change: impl Fn(&mut Settings)) -> Self {
+    pub fn new(name: &'a str, scene: &'a Scene, kind: IntegratorKind, change: impl Fn(&mut Settings)) -> Self {
         // Seeds of their own for each.
         let salt = 20 + name.bytes().map(u64::from).sum::<u64>();
         let mut settings = settings(scene, kind, salt);
@@ -40,14 +40,14 @@ impl<'a> Variant<'a> {
 }
 
 /// Compares each of the others with the first.
-fn assert_same_image(scene: &str, variants: &[Variant]) {
+pub fn assert_same_image(scene: &str, variants: &[Variant]) {
     let everything = |_: &JoinedPath| true;
     let mut runs: Vec<_> = variants.iter().map(|v| Run::new(v.scene, &v.settings, v.name, &everything)).collect();
     assert_agree(scene, VISIBLE, &mut runs, &with_the_first(variants.len()));
 }
 
 /// A courtyard with a lamp, a point, a sun and a sky.
-fn courtyard() -> Scene {
+pub fn courtyard() -> Scene {
     let others = [
         pathspace::scene::light::Light::Point {
             position: Vec3::new(0.3, 0.4, 0.5),

@@ -6,7 +6,7 @@ use proptest::{
 };
 
 use super::{
-    super::{RivalSum, Rivals, RunningSum},
+    super::{RivalSum, Rivals, RunningSum, VarianceFactors},
     *,
 };
 use crate::scene::camera::Sensor;
@@ -50,6 +50,11 @@ impl Densities for Arbitrary {
     fn ends_are_directions(&self) -> bool {
         self.directions
     }
+}
+
+/// Some that are not 1 where [`Arbitrary`] arrives.
+fn factors() -> VarianceFactors {
+    VarianceFactors::new(2, vec![[1.0, 1.0], [5.0, 17.0]])
 }
 
 fn densities() -> impl Generator<Value = Arbitrary> {
@@ -200,7 +205,7 @@ proptest! {
         entries in prop::collection::vec(0_u32..3, 100),
         other in 1_u32..3,
     ) {
-        let table = Techniques::new(SENSOR, 8, separable(&entries));
+        let table = Techniques::new(SENSOR, 8, separable(&entries)).with_variance_factors(factors().into());
         for heuristic in [Heuristic::Balance, Heuristic::Power] {
             for (strategy, fast) in weights_by_running_sums(&path, &table, heuristic) {
                 let whole = mis_weight(&path, Technique::Bidirectional(strategy), &table, heuristic);
@@ -216,7 +221,7 @@ proptest! {
     #[test]
     fn merges_are_further_terms(path in densities(), radius in 1e-4_f32..0.1, splits in 1_u32..3) {
         let table = Techniques::new(SENSOR, 8, |x| u32::from(x.t >= 1)).with_splits(splits);
-        let table = table.merging_within(Some(radius));
+        let table = table.merging_within(Some(radius)).with_variance_factors(factors().into());
         let n = path.edges();
         let area = f64::from(std::f32::consts::PI * radius * radius);
         let pairs = |t: u32| f64::from(table.samples(Technique::Merged(Strategy { s: n + 1 - t, t })));
