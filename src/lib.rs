@@ -94,4 +94,5 @@ pub mod sampling;
 pub mod scene;
 pub mod statistics;
 mod text;
+pub mod trace;
 pub mod verify;

@@ -6,6 +6,7 @@ mod info;
 mod merge;
 mod render;
 mod shared;
+mod trace;
 mod verify;
 
 use std::{
@@ -46,6 +47,9 @@ enum Command {
     /// Measure how fast integrators converge on a scene, as a page to look at
     #[command(after_help = Exit::help())]
     Converge(Box<converge::ConvergeArgs>),
+    /// Explain a pixel: the paths that make it as bright as it is, and which technique finds them best
+    #[command(after_help = Exit::help())]
+    Trace(Box<trace::TraceArgs>),
     /// Say what a scene file holds: geometry, cameras, materials, lights, warnings
     #[command(after_help = Exit::help())]
     Info(info::InfoArgs),
@@ -73,6 +77,7 @@ fn dispatch(command: &Command) -> Result<Exit, Failure> {
         Command::Verify(args) => verify::run(args),
         Command::Compare(args) => compare::run(args),
         Command::Converge(args) => converge::run(args),
+        Command::Trace(args) => trace::run(args),
         Command::Info(args) => info::run(args).map(|()| Exit::Done),
     }
 }

@@ -50,6 +50,11 @@ impl Letter {
         }
     }
 
+    /// What it is called, if it is a light's.
+    fn name(self) -> &'static str {
+        Self::LIGHTS.into_iter().find(|(letter, _)| *letter == self).map_or("light", |(_, name)| name)
+    }
+
     pub(super) fn of_light(light: &Light) -> Self {
         match light {
             Light::Area { .. } => Self::Surface,
@@ -59,6 +64,11 @@ impl Letter {
             Light::Environment { .. } | Light::EnvironmentMap(_) => Self::Sky,
         }
     }
+}
+
+/// What expressions call the kind of a light: `surface`, `point`, `spot`, `sun` or `sky`.
+pub fn kind_of_light(light: &Light) -> &'static str {
+    Letter::of_light(light).name()
 }
 
 /// A set of letters.

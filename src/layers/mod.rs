@@ -11,9 +11,8 @@ mod tests;
 
 use std::{fmt, str::FromStr};
 
-use self::alphabet::Letter;
 pub use self::{
-    alphabet::{TagError, Tags},
+    alphabet::{TagError, Tags, kind_of_light},
     expression::{Expression, ExpressionError, Matcher},
 };
 use crate::{
@@ -269,12 +268,11 @@ fn classes(tags: &Tags) -> Result<Group, ExpressionError> {
 fn by_light(scene: &Scene) -> Group {
     let mut names: Vec<String> = Vec::new();
     let layer_of = scene.lights().all().iter().map(|light| {
-        let kind = Letter::of_light(light);
         let name = match light {
             crate::scene::light::Light::Area { primitive, .. } => {
                 channel_name(&scene.material(scene.geometry().material(*primitive)).name)
             }
-            _ => Letter::LIGHTS.into_iter().find(|(k, _)| *k == kind).map_or("light", |(_, name)| name).to_owned(),
+            _ => kind_of_light(light).to_owned(),
         };
         let known = names.iter().position(|n| *n == name).unwrap_or_else(|| {
             names.push(name);

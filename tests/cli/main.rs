@@ -15,6 +15,7 @@ mod openexr;
 mod render;
 mod shards;
 mod statistics;
+mod trace;
 mod usage;
 mod verify;
 mod viewer;

@@ -35,5 +35,6 @@ mod robustness;
 mod scenes;
 mod strategies;
 mod textures;
+mod trace;
 mod transparent;
 mod variance;

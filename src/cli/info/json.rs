@@ -10,7 +10,7 @@ use pathspace::{
 };
 use serde_json::{Value, json};
 
-use crate::cli::info;
+use crate::cli::{info, shared::number::exact as number};
 
 /// The version of the layout: it grows when a member changes its meaning or goes away, not when one is added.
 const LAYOUT: u32 = 1;
@@ -152,9 +152,4 @@ fn place(loaded: &Loaded, p: Vec3) -> Value {
 
 fn vector(v: impl Into<Vec3>) -> Value {
     Value::Array(v.into().to_array().map(number).to_vec())
-}
-
-/// The shortest number that is `x` in f32: 0.1, not the 0.10000000149011612 that it is in f64.
-fn number(x: f32) -> Value {
-    json!(x.to_string().parse::<f64>().ok())
 }

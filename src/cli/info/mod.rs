@@ -1,7 +1,6 @@
 //! `pathspace info`: what a scene file holds.
 
 mod json;
-mod number;
 
 use std::{collections::BTreeMap, path::PathBuf};
 
@@ -15,8 +14,13 @@ use pathspace::{
     },
 };
 
-use self::number::{short, short_vec};
-use crate::cli::shared::{args::LoadArgs, environment::NEUTRAL, exit::Failure, terminal};
+use crate::cli::shared::{
+    args::LoadArgs,
+    environment::NEUTRAL,
+    exit::Failure,
+    number::{short, short_vec},
+    terminal,
+};
 
 /// The options of `pathspace info`.
 #[derive(Debug, clap::Args)]

@@ -220,6 +220,14 @@ pub fn crop(text: &str) -> Result<Crop, String> {
     }
 }
 
+/// `x,y`: column and row, from the upper left.
+pub fn pixel(text: &str) -> Result<[u32; 2], String> {
+    match numbers::<u32>(text)?[..] {
+        [x, y] => Ok([x, y]),
+        _ => Err("a pixel is two whole numbers x,y".to_owned()),
+    }
+}
+
 /// `s,t`.
 pub fn strategy(text: &str) -> Result<Strategy, String> {
     match numbers::<u32>(text)?[..] {
@@ -305,13 +313,13 @@ pub fn finite(text: &str) -> Result<f32, String> {
     text.parse().ok().filter(|x: &f32| x.is_finite()).ok_or_else(|| "a finite number is needed".to_owned())
 }
 
-/// A finite number above zero.
 /// A radius whose square f32 has, and its reciprocal.
 pub fn merge_radius(text: &str) -> Result<f32, String> {
     let fits = |r: &f32| (1e-9..=1e9).contains(r);
     positive(text).ok().filter(fits).ok_or_else(|| "a radius from 1e-9 to 1e9 metres is needed".to_owned())
 }
 
+/// A finite number above zero.
 pub fn positive(text: &str) -> Result<f32, String> {
     finite(text).ok().filter(|x| *x > 0.0).ok_or_else(|| "a positive number is needed".to_owned())
 }
@@ -384,6 +392,10 @@ mod tests {
         assert_eq!(crop("1,2,3,4"), Ok(Crop { x0: 1, y0: 2, x1: 3, y1: 4 }));
         for bad in ["1,2,3", "3,0,1,1", "0,0,0,0", "-1,0,1,1", "a,b,c,d", "1,2,3,4,5", ""] {
             assert!(crop(bad).is_err(), "{bad}");
+        }
+        assert_eq!(pixel("12, 3"), Ok([12, 3]));
+        for bad in ["", "1", "1,2,3", "-1,2", "1.5,2", "x,y"] {
+            assert!(pixel(bad).is_err(), "{bad}");
         }
         assert_eq!(strategy("0,2"), Ok(Strategy { s: 0, t: 2 }));
         for bad in ["2,0", "0,1", "1", "1,2,3", "900,2", "4294967295,4294967295"] {
