@@ -3,6 +3,8 @@
 //! The same program always writes the same bytes; a test holds the committed files to it. Units and the Cornell box's
 //! dimensions: decimetres of the original measurements, y up, the camera looking along +z, so that +x is on the left.
 
+#[path = "make_scenes/caustics.rs"]
+mod caustics;
 #[path = "make_scenes/glb.rs"]
 mod glb;
 #[path = "make_scenes/images.rs"]
@@ -34,7 +36,7 @@ fn main() -> io::Result<()> {
     Ok(())
 }
 
-fn scenes() -> [(&'static str, Vec<u8>); 13] {
+fn scenes() -> [(&'static str, Vec<u8>); 18] {
     [
         ("cornell-box.glb", cornell_box()),
         ("cornell-spheres.glb", cornell_spheres()),
@@ -49,6 +51,11 @@ fn scenes() -> [(&'static str, Vec<u8>); 13] {
         ("outdoor-sky.hdr", lights::outdoor_sky()),
         ("glass-and-metal.glb", lights::glass_and_metal()),
         ("mirrored-lamps.glb", lights::mirrored_lamps()),
+        ("pool.glb", caustics::pool()),
+        ("bulb.glb", caustics::bulb()),
+        ("glass-of-water.glb", caustics::glass_of_water()),
+        ("door-ajar.glb", caustics::door_ajar()),
+        ("gem.glb", caustics::gem()),
     ]
 }
 

@@ -14,10 +14,12 @@ from scenes import MAX_DEPTH, SCENES, SIDE, write_glb, write_ply
 HERE = os.path.dirname(os.path.abspath(__file__))
 # relMSE is the mean of (I − R)²/(R² + FLOOR) over pixels and channels; trimmed, without the worst TRIM of the pixels.
 FLOOR, TRIM = 0.01, 0.001
-OURS = [("pathspace", name) for name in ("path", "light", "hybrid", "bdpt")]
-PEERS = [("mitsuba", "path"), ("mitsuba", "ptracer"), ("luxcore", "path"), ("luxcore", "hybrid"), ("luxcore", "bidir"), ("cycles", "path")]
+OURS = [("pathspace", name) for name in ("path", "light", "hybrid", "bdpt", "vcm")]
+PEERS = [("mitsuba", "path"), ("mitsuba", "ptracer"), ("luxcore", "path"), ("luxcore", "hybrid"), ("luxcore", "bidir"), ("luxcore", "vcm"), ("cycles", "path")]
 # Camera rays alone do not find the caustic of the small lamp, and no ray that light sends meets the lens of a camera that sees glass first.
 EXPOSED = {"indirect": 0.2}
+# The integrator of the reference, where it is not bdpt: the one that finds the most of what the picture shows.
+REFERENCE = {"caustic-glass": "hybrid", "caustic-small": "hybrid", "pool": "vcm", "bulb": "vcm"}
 
 
 class Bench:
@@ -46,7 +48,7 @@ class Bench:
             exr = self.path(f"{name}-reference-{half}.exr")
             if not os.path.exists(exr):
                 options = ["--time", f"{self.a.reference / 2:g}s", "--seed", str(10_000 + half), "--layers", "classes"]
-                self.pathspace(self.path(f"{name}.glb"), "hybrid" if name.startswith("caustic") else "bdpt", options, exr)
+                self.pathspace(self.path(f"{name}.glb"), REFERENCE.get(name, "bdpt"), options, exr)
             halves.append((read(exr), read(exr, "classes.caustics")))
         reference, caustics = ((a + b) / 2 for a, b in zip(*halves))
         diffuse = (read(self.path(f"{name}-mask.exr")) == 0).all(-1)
@@ -102,6 +104,25 @@ def measure(image, reference, noise, mask):
     return {"relmse": rest(error, own), "trimmed": rest(error[kept], own[kept]), "mean": float(image[mask].mean() / reference[mask].mean())}
 
 
+def blocks(image, side):
+    """The means of side × side parts of an image, over the channels."""
+    part = SIDE // side
+    return image[: side * part, : side * part].reshape(side, part, side, part, 3).mean((1, 3, 4))
+
+
+def print_blocks(images, reference, side):
+    """The block means of each contestant's mean image beside those of the reference, row by row."""
+    columns = {"reference": reference} | {" ".join(c): np.mean(all, 0) for c, all in images.items()}
+    means = {name: blocks(image, side) for name, image in columns.items()}
+    print(f"{'block':>8}" + "".join(f"{name:>18}" for name in means))
+    for y in range(side):
+        for x in range(side):
+            print(f"{x:>6},{y}" + "".join(f"{mean[y, x]:18.5f}" for mean in means.values()))
+    for name, mean in means.items():
+        off = np.abs(mean / means["reference"] - 1)
+        print(f"{name}: {off.mean():.2%} from the reference in the mean over blocks, at most {off.max():.2%}", flush=True)
+
+
 def main():
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--seconds", type=float, default=4, help="of each render")
@@ -109,6 +130,7 @@ def main():
     parser.add_argument("--reference", type=float, default=120, help="seconds that each reference may take; they are kept")
     parser.add_argument("--scenes", default=",".join(SCENES))
     parser.add_argument("--only", default="", help="renderers, or renderer/integrator")
+    parser.add_argument("--blocks", type=int, default=0, help="print the means of so many × so many blocks of each renderer's mean image")
     parser.add_argument("--pathspace", default="target/release/pathspace")
     parser.add_argument("--folder", default="target/peers")
     parser.add_argument("--json", default="target/peers/results.json")
@@ -121,14 +143,17 @@ def main():
         reference, noise, masks, exposure = bench.prepare(name)
         own = float((noise / (reference**2 + FLOOR)).mean())
         print(f"\n{name}: reference with relMSE {own:.1e}; " + ", ".join(f"{k} {m.mean():.1%}" for k, m in masks.items()) + " of the pixels", flush=True)
-        rounds = {c: [] for c in contestants}
+        rounds, images = {c: [] for c in contestants}, {c: [] for c in contestants}
         for number in range(1, a.rounds + 1):
             for c in contestants:
                 image, seconds, spp, version = bench.render(name, *c, number)
+                images[c].append(image * exposure)
                 rounds[c].append((seconds, spp, version, {k: measure(image * exposure, reference, noise, m) for k, m in masks.items()}))
         rows = [summary(name, c, rounds[c]) for c in contestants]
         results += rows
         table(rows, masks)
+        if a.blocks:
+            print_blocks(images, reference, a.blocks)
         with open(a.json, "w") as file:
             json.dump(results, file, indent=1)
 

@@ -49,6 +49,7 @@ def luxcore(engine, scene, folder, seconds, seed):
                    "path.hybridbackforward.glossinessthreshold = 0.05"],
         # With its Russian roulette its images are too bright.
         "bidir": ["renderengine.type = BIDIRCPU", "path.russianroulette.depth = 1000"],
+        "vcm": ["renderengine.type = BIDIRVMCPU", "path.russianroulette.depth = 1000"],
     }[engine]
     depths = [f"path.pathdepth.{kind} = {MAX_DEPTH}" for kind in ("total", "diffuse", "glossy", "specular")]
     config = lux.RenderConfig(properties("\n".join([

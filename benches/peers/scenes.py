@@ -1,4 +1,4 @@
-"""The four scenes, and two of the project's own that nothing was tuned with, as meshes, and how each renderer is told about them.
+"""The four scenes, and four of the project's own, as meshes, and how each renderer is told about them.
 
 Units are metres, y is up. Materials: ("diffuse", rgb), ("glass", ior), ("mirror", reflectance) or ("lamp", radiance); a lamp shines from its front
 and is otherwise black. Images have SIDE × SIDE pixels, paths at most MAX_DEPTH edges.
@@ -214,13 +214,14 @@ def committed(name):
             assert not {"matrix", "translation", "rotation", "scale"} & node.keys(), node
             for i, primitive in enumerate(document["meshes"][node["mesh"]]["primitives"]):
                 positions = array(primitive["attributes"]["POSITION"])
+                normals = array(primitive["attributes"]["NORMAL"]) if "NORMAL" in primitive["attributes"] else None
                 triangles = array(primitive["indices"]).reshape(-1, 3).astype(np.int32)
-                meshes.append(Mesh(f"{plain(node['name'])}-{i}", names[primitive["material"]], positions, triangles))
+                meshes.append(Mesh(f"{plain(node['name'])}-{i}", names[primitive["material"]], positions, triangles, normals))
     return Scene(name, camera, {plain(m["name"]): material(m) for m in document["materials"]}, meshes)
 
 
 SCENES = {"cornell": cornell, "caustic-glass": caustic_glass, "caustic-small": caustic_small, "indirect": indirect}
-SCENES |= {name: functools.partial(committed, name) for name in ("cornell-spheres", "veach-room")}
+SCENES |= {name: functools.partial(committed, name) for name in ("cornell-spheres", "veach-room", "pool", "bulb")}
 
 
 # For pathspace: GLB.

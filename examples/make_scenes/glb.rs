@@ -87,7 +87,12 @@ impl Builder {
 
     /// Adds a mesh. Surfaces of the same name are the same material.
     pub fn mesh(&mut self, name: &str, material: &str, surface: Surface, mesh: &Mesh) {
-        let mesh = self.model(name, &[(material, surface, mesh)]);
+        self.parts(name, &[(material, surface, mesh)]);
+    }
+
+    /// Adds a mesh of several parts.
+    pub fn parts(&mut self, name: &str, parts: &[(&str, Surface, &Mesh)]) {
+        let mesh = self.model(name, parts);
         self.nodes.push(json!({ "name": name, "mesh": mesh }));
     }
 

@@ -44,6 +44,23 @@ impl Mesh {
         for t in &mut self.triangles {
             t.swap(1, 2);
         }
+        for n in self.normals.iter_mut().flatten() {
+            *n = n.map(|x| 0.0 - x);
+        }
+        self
+    }
+
+    /// The same mesh at another place.
+    pub fn moved(mut self, by: V3) -> Self {
+        for p in &mut self.positions {
+            *p = along(*p, by, 1.0);
+        }
+        self
+    }
+
+    /// The same mesh without one of its quadrilaterals.
+    pub fn without(mut self, quad: usize) -> Self {
+        self.triangles.drain(2 * quad..2 * quad + 2);
         self
     }
 }
@@ -150,4 +167,96 @@ pub fn ring(inner: f64, outer: f64, height: f64, segments: u32) -> Mesh {
         }
     }
     mesh
+}
+
+/// Part of an outline in the half-plane of a radius and a height: two ends, each with its place and its normal.
+pub type Band = [([f64; 2], [f64; 2]); 2];
+
+/// The bands along a polygon, whose inside is on the left.
+pub fn straight(outline: &[[f64; 2]]) -> Vec<Band> {
+    let band = |pair: &[[f64; 2]]| {
+        let [dr, dy] = [pair[1][0] - pair[0][0], pair[1][1] - pair[0][1]];
+        let length = (dr * dr + dy * dy).sqrt();
+        let normal = [dy / length, -dr / length];
+        [(pair[0], normal), (pair[1], normal)]
+    };
+    outline.windows(2).map(band).collect()
+}
+
+/// The bands of a sphere around the origin.
+pub fn bowed(radius: f64, bands: u32) -> Vec<Band> {
+    let end = |i: u32| {
+        let (s, c) = (f64::from(i) * std::f64::consts::PI / f64::from(bands)).sin_cos();
+        // On the axis exactly.
+        let s = if i.is_multiple_of(bands) { 0.0 } else { s };
+        ([radius * s, -radius * c], [s, -c])
+    };
+    (0..bands).map(|i| [end(i), end(i + 1)]).collect()
+}
+
+/// The surface that bands make when they turn around the y axis.
+pub fn turned(bands: &[Band], segments: u32) -> Mesh {
+    let mut mesh = Mesh { normals: Some(Vec::new()), ..Mesh::default() };
+    for band in bands {
+        let first = mesh.positions.len() as u32;
+        for i in 0..segments {
+            let (s, c) = angle(i, segments);
+            for ([r, y], [nr, ny]) in band {
+                // No negative zero: whoever looks for borders compares bits.
+                mesh.positions.push([r * c + 0.0, *y, r * s + 0.0]);
+                mesh.normals.get_or_insert_default().push([nr * c, *ny, nr * s]);
+            }
+            let [a, b] = [i, (i + 1) % segments].map(|i| first + 2 * i);
+            let is_cone = |end: usize| band[end].0[0] == 0.0;
+            if !is_cone(1) {
+                mesh.triangles.push([a, a + 1, b + 1]);
+            }
+            if !is_cone(0) {
+                mesh.triangles.push([a, b + 1, b]);
+            }
+        }
+    }
+    mesh
+}
+
+/// The polyhedron within all `planes`, each a unit normal that points outwards and a distance from the origin.
+pub fn convex(planes: &[(V3, f64)]) -> Mesh {
+    let dot = |a: V3, b: V3| a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+    let far = 10.0 * planes.iter().map(|plane| plane.1).fold(0.0, f64::max);
+    let facet = |(normal, distance): &(V3, f64)| {
+        let mut corners = facing_quad(normal.map(|x| x * distance), *normal, far).positions;
+        for (other, limit) in planes.iter().filter(|plane| plane.0 != *normal) {
+            let beyond = |p: V3| dot(p, *other) - limit;
+            corners = (0..corners.len())
+                .flat_map(|i| {
+                    let [a, b] = [corners[i], corners[(i + 1) % corners.len()]];
+                    let [above_a, above_b] = [a, b].map(beyond);
+                    let crossing = (above_a > 0.0) != (above_b > 0.0);
+                    let crossed = crossing.then(|| along(a, sub(b, a), above_a / (above_a - above_b)));
+                    (above_a <= 0.0).then_some(a).into_iter().chain(crossed)
+                })
+                .collect();
+        }
+        corners
+    };
+    // Each facet has found its corners alone; those that are the same up to rounding are made the same.
+    let mut known: Vec<V3> = Vec::new();
+    let mut weld = |p: V3| {
+        let near = |q: &&V3| dot(sub(p, **q), sub(p, **q)) < (1e-7 * far).powi(2);
+        if let Some(q) = known.iter().find(near) {
+            return *q;
+        }
+        known.push(p);
+        p
+    };
+    let polygon = |plane| {
+        let mut corners: Vec<V3> = facet(plane).into_iter().map(&mut weld).collect();
+        corners.dedup();
+        if corners.len() > 1 && corners.first() == corners.last() {
+            corners.pop();
+        }
+        let fan = (2..corners.len() as u32).map(|i| [0, i - 1, i]).collect();
+        Mesh { positions: corners, triangles: fan, ..Mesh::default() }
+    };
+    planes.iter().map(polygon).filter(|mesh: &Mesh| !mesh.triangles.is_empty()).collect()
 }

@@ -7,6 +7,7 @@ mod alpha;
 mod area;
 mod back_faces;
 mod cameras;
+mod caustics;
 mod closed_forms;
 mod coincident;
 mod covering;
