@@ -185,7 +185,7 @@ pub fn door_ajar() -> Vec<u8> {
     scene.sphere("metal ball", "brass", metal, [1.78, 0.861, 2.15], 0.11);
     scene.sphere("plain ball", "clay", Surface::Diffuse([0.60, 0.30, 0.22]), [2.05, 0.841, 2.45], 0.09);
     let lamp = facing_quad([1.4, 2.55, 4.6], [0., -1., 0.], 0.15);
-    scene.mesh("lamp", "lamp", Surface::Emitter([260.0, 235.0, 190.0]), &lamp);
+    scene.mesh("lamp", "lamp", Surface::Emitter([6500.0, 5875.0, 4750.0]), &lamp);
     scene.finish()
 }
 

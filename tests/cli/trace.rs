@@ -23,6 +23,7 @@ fn the_pixel_is_that_of_the_rendered_file() {
         &["-i", "path"][..],
         &["-i", "light"],
         &["-i", "bdpt", "--filter", "blackman-harris"],
+        &["-i", "vcm"],
         &["-i", "vcm", "--paths", "C.*[DG].*L"],
         &["-i", "hybrid", "--clamp", "0.5", "--seed", "3"],
         &["-i", "bdpt", "--only-strategy", "1,2", "--unweighted"],
