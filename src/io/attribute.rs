@@ -69,7 +69,7 @@ pub(super) fn read(
             attributes.colors = colors.iter().map(|color| color.to_array().map(unit)).collect();
         }
     }
-    if maps.normal.is_some()
+    if maps.need_tangents()
         && primitive.attributes.contains_key(&Checked::Valid(Semantic::Normals))
         && let Some(index) = find(Semantic::Tangents)?
     {

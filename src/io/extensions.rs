@@ -7,7 +7,6 @@ pub(super) fn remedy(name: &str) -> Option<&'static str> {
     Some(match name {
         "EXT_texture_avif" => "“gltf-transform png IN.glb OUT.glb” turns its textures into PNG",
         "MSFT_texture_dds" => "save its textures as PNG",
-        "KHR_materials_pbrSpecularGlossiness" => "“gltf-transform metalrough IN.glb OUT.glb” converts its materials",
         _ => return None,
     })
 }

@@ -30,6 +30,7 @@ use super::{
 use crate::{
     math::Rgb,
     scene::{
+        layers::Layers,
         light::BRIGHTEST,
         material::{
             AlphaMode, BackFaces, Boundary, EmissionSides, Maps, Material, NormalMap, Parameters, VertexColors,
@@ -117,12 +118,12 @@ pub(super) fn all(root: &Root, mut images: Images<'_>, warnings: &mut Vec<String
 }
 
 /// Reads one material: brings factors into their range, with a warning, and refuses those that are no numbers.
-struct Reader<'a, 'b> {
+pub(super) struct Reader<'a, 'b> {
     root: &'a Root,
     images: &'a mut Images<'b>,
-    at: String,
-    name: String,
-    warnings: &'a mut Vec<String>,
+    pub(super) at: String,
+    pub(super) name: String,
+    pub(super) warnings: &'a mut Vec<String>,
 }
 
 impl Reader<'_, '_> {
@@ -146,6 +147,7 @@ impl Reader<'_, '_> {
             let texture = specular.specular_color_texture.as_ref();
             maps.specular_color = self.texture(texture, color, &format!("{at}/specularColorTexture"))?;
         }
+        let diffuse_alpha = self.specular_glossiness(m, &mut maps)?;
         if let Some(normal) = &m.normal_texture {
             let extensions = normal.extensions.as_ref().map(|extensions| &extensions.others);
             let reference = Reference { texture: normal.index.value(), tex_coord: normal.tex_coord, extensions };
@@ -165,6 +167,7 @@ impl Reader<'_, '_> {
         let unlit = ext.is_some_and(|e| e.others.contains_key("KHR_materials_unlit"));
         if !unlit {
             maps.factors.boundary = self.boundary(m, &maps)?;
+            self.layers(m, &mut maps)?;
         }
         let factors = maps.factors;
         let mut absorption = Rgb::ZERO;
@@ -174,7 +177,8 @@ impl Reader<'_, '_> {
         }
         let back_faces = if m.double_sided { BackFaces::Drawn } else { BackFaces::Culled };
         let mut emission_sides = if m.double_sided { EmissionSides::Both } else { EmissionSides::Front };
-        let alpha_mode = self.alpha_mode(m)?;
+        let alpha = diffuse_alpha.unwrap_or(m.pbr_metallic_roughness.base_color_factor.0[3]);
+        let alpha_mode = self.alpha_mode(m, alpha)?;
         if unlit {
             emission = factors.base_color;
             emission_sides = EmissionSides::Both;
@@ -212,6 +216,7 @@ impl Reader<'_, '_> {
             specular_color,
             ior,
             boundary: Boundary::Opaque,
+            layers: Layers::NONE,
         })
     }
 
@@ -257,7 +262,7 @@ impl Reader<'_, '_> {
         self.reference(reference.map(Into::into), encoding, at)
     }
 
-    fn reference(
+    pub(super) fn reference(
         &mut self,
         reference: Option<Reference<'_>>,
         encoding: Encoding,
@@ -269,8 +274,7 @@ impl Reader<'_, '_> {
     }
 
     /// What is there of the surface (glTF 2.0 specification, 3.9.4).
-    fn alpha_mode(&mut self, m: &Source) -> Result<AlphaMode, Fault> {
-        let alpha = m.pbr_metallic_roughness.base_color_factor.0[3];
+    fn alpha_mode(&mut self, m: &Source, alpha: f32) -> Result<AlphaMode, Fault> {
         Ok(match m.alpha_mode {
             Checked::Valid(SourceMode::Mask) => AlphaMode::Mask {
                 factor: self.number("baseColorFactor (alpha)", alpha, 0.0, 1.0)?,
@@ -302,7 +306,7 @@ impl Reader<'_, '_> {
         Ok(absorption.max(Rgb::ZERO).min(Rgb::splat(f32::MAX)) + Rgb::ZERO)
     }
 
-    fn number(&mut self, what: &str, value: f32, min: f32, max: f32) -> Result<f32, Fault> {
+    pub(super) fn number(&mut self, what: &str, value: f32, min: f32, max: f32) -> Result<f32, Fault> {
         if !value.is_finite() {
             return Err(Fault::invalid(&self.at, format!("{what} is not a finite number")));
         }
@@ -314,7 +318,7 @@ impl Reader<'_, '_> {
         Ok(clamped)
     }
 
-    fn color(&mut self, what: &str, value: Rgb, max: f32) -> Result<Rgb, Fault> {
+    pub(super) fn color(&mut self, what: &str, value: Rgb, max: f32) -> Result<Rgb, Fault> {
         Ok(Rgb::new(
             self.number(what, value.r(), 0.0, max)?,
             self.number(what, value.g(), 0.0, max)?,

@@ -73,9 +73,9 @@ fn part(
         drop_unusable(&mut attributes.tangents, &triangles, at, warnings);
     }
     let mut part = Part { positions, normals, attributes, triangles, influences, material };
-    if let Some(normal) = &maps.normal
+    if let Some(texture) = maps.tangent_texture()
         && part.attributes.tangents.is_empty()
-        && !tangent::generate(&mut part, &normal.texture)
+        && !tangent::generate(&mut part, texture)
     {
         warnings.push(format!("{at}: no tangents can be made for its normal texture, which is not applied"));
     }

@@ -7,7 +7,8 @@
 //! # Extensions
 //! `EXT_mesh_gpu_instancing`, `EXT_meshopt_compression`, `EXT_texture_webp`, `KHR_draco_mesh_compression`,
 //! `KHR_lights_punctual`, `KHR_mesh_quantization`, `KHR_meshopt_compression`, `KHR_node_visibility`,
-//! `KHR_texture_basisu`, `KHR_texture_transform`, and of the materials `KHR_materials_emissive_strength`, `_ior`,
+//! `KHR_texture_basisu`, `KHR_texture_transform`, and of the materials `KHR_materials_anisotropy`, `_clearcoat`,
+//! `_diffuse_transmission`, `_emissive_strength`, `_ior`, `_iridescence`, `_pbrSpecularGlossiness`, `_sheen`,
 //! `_specular`, `_transmission`, `_unlit`, `_variants` ([`LoadOptions::variant`]) and `_volume`. A
 //! *required* extension outside of this list is an error (one of materials a warning, with
 //! [`Required::MaterialsIgnored`]), an optional one a warning. Ours are the node extension
@@ -60,6 +61,7 @@ mod image;
 mod influence;
 mod instancing;
 mod ktx2;
+mod layers;
 mod light;
 mod limits;
 mod material;

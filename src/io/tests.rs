@@ -8,6 +8,7 @@ mod factors;
 mod far;
 mod instancing;
 mod ktx2;
+mod layers;
 mod pose;
 mod reading;
 mod textures;

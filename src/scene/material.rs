@@ -4,8 +4,9 @@ use glam::{Vec2, Vec3, Vec4};
 
 pub use super::geometry::MaterialId;
 use super::{
-    bsdf::{Bsdf, Dielectric, Diffuse, MetallicRoughness, ThinDielectric},
+    bsdf::{Bsdf, Dielectric, Diffuse, Layered, MetallicRoughness, Surface, ThinDielectric},
     geometry::{Interpolation, Precedence, Role, TangentFrame, lifted},
+    layers::{LayerMaps, Layers},
     texture::Texture,
 };
 use crate::math::Rgb;
@@ -51,6 +52,8 @@ pub struct Parameters {
     pub ior: f32,
     /// What lies behind the surface.
     pub boundary: Boundary,
+    /// What is added to the model; nothing at a boundary that transmits.
+    pub layers: Layers,
 }
 
 /// What lies behind a surface: a property of the whole material, whatever its textures say in one place.
@@ -75,6 +78,7 @@ impl Parameters {
         specular_color: Rgb::ONE,
         ior: 1.5,
         boundary: Boundary::Opaque,
+        layers: Layers::NONE,
     };
 
     /// The BSDF of these parameters.
@@ -83,6 +87,7 @@ impl Parameters {
     /// |---|---|
     /// | metallic < 1/2 on the boundary of a volume | [`Bsdf::Dielectric`], transmission 0 included |
     /// | metallic < 1/2 and transmission on a thin wall | [`Bsdf::Thin`] |
+    /// | layers | [`Bsdf::Layered`] |
     /// | metallic 0, specular 0 | [`Bsdf::Diffuse`]: exactly Lambert |
     /// | all else | [`Bsdf::MetallicRoughness`] |
     ///
@@ -96,18 +101,45 @@ impl Parameters {
         if metallic < 0.5 && self.boundary == Boundary::Thin && transmission > 0.0 {
             return Bsdf::Thin(ThinDielectric { color, ior, alpha, transmission });
         }
+        // KHR_materials_specular: f0 = min(((ior − 1)/(ior + 1))² · specularColor, 1) · specular, f90 = specular.
+        let r = (ior - 1.0) / (ior + 1.0);
+        let dielectric_f0 = (specular_color * (r * r)).min(Rgb::ONE) * specular;
+        if self.layers.are_there() {
+            return self.layered(dielectric_f0);
+        }
         if metallic == 0.0 && specular == 0.0 {
             return Bsdf::Diffuse(Diffuse { albedo: color });
         }
-        // KHR_materials_specular: f0 = min(((ior − 1)/(ior + 1))² · specularColor, 1) · specular, f90 = specular.
-        let r = (ior - 1.0) / (ior + 1.0);
         Bsdf::MetallicRoughness(MetallicRoughness {
             base_color: color,
             metallic,
             alpha,
-            dielectric_f0: (specular_color * (r * r)).min(Rgb::ONE) * specular,
+            dielectric_f0,
             dielectric_f90: specular,
         })
+    }
+
+    fn layered(&self, f0: Rgb) -> Bsdf {
+        let layers = &self.layers;
+        Bsdf::Layered(Layered::new(&Surface {
+            base_color: self.base_color,
+            f0,
+            f90: self.specular,
+            metallic: self.metallic,
+            alpha: self.roughness * self.roughness,
+            coat: layers.coat,
+            coat_alpha: layers.coat_roughness * layers.coat_roughness,
+            coat_normal: layers.coat_normal,
+            sheen: layers.sheen,
+            sheen_alpha: layers.sheen_roughness * layers.sheen_roughness,
+            film: layers.iridescence,
+            film_ior: layers.film_ior,
+            film_thickness: layers.film_thickness,
+            anisotropy: layers.anisotropy,
+            tangent: layers.grain.to_angle(),
+            transmission: layers.diffuse_transmission,
+            transmission_color: layers.diffuse_transmission_color,
+        }))
     }
 }
 
@@ -131,6 +163,8 @@ pub struct Maps {
     pub emission: Option<Texture>,
     /// The normal texture.
     pub normal: Option<NormalMap>,
+    /// The textures of the layers, where there are any.
+    pub layers: Option<Box<LayerMaps>>,
     /// What the vertex colours multiply.
     pub vertex_colors: VertexColors,
 }
@@ -158,6 +192,7 @@ impl Maps {
             specular_color: None,
             emission: None,
             normal: None,
+            layers: None,
             vertex_colors: VertexColors::Nothing,
         }
     }
@@ -185,7 +220,24 @@ impl Maps {
         if let Some(texture) = &self.specular_color {
             p.specular_color *= rgb(texture.lookup(at.uv(texture.uv_set)));
         }
+        if let Some(maps) = &self.layers {
+            p.layers = maps.at(&p.layers, at);
+        }
         p
+    }
+
+    /// The texture along whose u tangents lie where the mesh has none: of the normal, or else of what else needs them.
+    pub fn tangent_texture(&self) -> Option<&Texture> {
+        let layers = self.layers.as_ref();
+        let coat = || layers.and_then(|maps| maps.coat_normal.as_ref());
+        let normal = self.normal.as_ref().or_else(coat).map(|map| &map.texture);
+        normal.or_else(|| layers.and_then(|maps| maps.anisotropy.as_ref()))
+    }
+
+    /// Whether the mesh's tangents count.
+    pub fn need_tangents(&self) -> bool {
+        let of_coat = self.layers.as_ref().is_some_and(|maps| maps.coat_normal.is_some());
+        self.normal.is_some() || of_coat || self.factors.layers.anisotropy > 0.0
     }
 
     /// What a material's emission is multiplied by at a place, in [0, 1] per channel.
@@ -207,7 +259,8 @@ impl Maps {
 
     /// Whether anything varies over the surface at all.
     pub fn vary(&self) -> bool {
-        self.textures().next().is_some() || self.vertex_colors != VertexColors::Nothing
+        let has_grain = self.factors.layers.anisotropy > 0.0;
+        self.textures().next().is_some() || has_grain || self.vertex_colors != VertexColors::Nothing
     }
 
     /// Every texture of the material.
@@ -216,7 +269,8 @@ impl Maps {
             self;
         let normal = normal.as_ref().map(|map| &map.texture);
         let others = [base_color, metallic_roughness, transmission, specular, specular_color, emission];
-        others.into_iter().flatten().chain(normal)
+        let layers = self.layers.iter().flat_map(|maps| maps.textures());
+        others.into_iter().flatten().chain(normal).chain(layers)
     }
 
     /// Whether the emission varies over the surface.

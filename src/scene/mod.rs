@@ -8,6 +8,7 @@ pub mod camera;
 mod coincident;
 pub mod geometry;
 mod id;
+pub mod layers;
 pub mod light;
 mod light_index;
 pub mod material;
@@ -456,6 +457,10 @@ impl Scene {
 
     /// How the surface scatters at `point` where it separates its material's volume from empty space, resolved anew.
     pub fn bsdf_at(&self, point: &Point) -> Bsdf {
+        // No medium changes layers, which know their directions at the point.
+        if matches!(point.bsdf, Bsdf::Layered(_)) {
+            return point.bsdf;
+        }
         let material = self.material(point.material);
         material.bsdf_at(|| self.geometry.attributes(point.primitive, point.barycentric))
     }

@@ -103,15 +103,21 @@ impl Point {
     #[inline(never)]
     fn resolve(&mut self, geometry: &Geometry, maps: &Maps, surface: &Surface) {
         let at = geometry.attributes(self.primitive, surface.barycentric);
-        self.bsdf = maps.parameters(&at).bsdf();
         if maps.vary_emission() {
             self.emission *= maps.emission(&at);
         }
+        let frame = if maps.need_tangents() { geometry.tangent_frame(self.primitive, surface) } else { None };
         if let Some(map) = &maps.normal
-            && let Some(frame) = geometry.tangent_frame(self.primitive, surface)
+            && let Some(frame) = &frame
         {
-            self.shading_normal = map.shading_normal(at.uv(map.texture.uv_set), &frame, self.normal);
+            self.shading_normal = map.shading_normal(at.uv(map.texture.uv_set), frame, self.normal);
         }
+        let mut parameters = maps.parameters(&at);
+        if let Some(layers) = &maps.layers {
+            let normals = [self.shading_normal, surface.shading_normal, self.normal];
+            layers.orient(&mut parameters.layers, &at, frame.as_ref(), normals);
+        }
+        self.bsdf = parameters.bsdf();
     }
 
     /// A black point without surface at `position`.

@@ -19,6 +19,7 @@ mod identity;
 mod instances;
 mod islands;
 mod lanes;
+mod layered;
 mod layers;
 mod lecture;
 mod ledger;

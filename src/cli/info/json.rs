@@ -4,6 +4,7 @@ use glam::{DVec3, Vec3};
 use pathspace::{
     io::{Loaded, NamedCamera, PunctualLight, ThinLens, View},
     scene::{
+        layers::LayerMaps,
         material::{AlphaMode, EmissionSides, Material, VertexColors},
         texture::Texture,
     },
@@ -73,7 +74,8 @@ fn material(material: &Material) -> Value {
         ("specular", maps.and_then(|m| m.specular.as_ref())),
         ("specular_color", maps.and_then(|m| m.specular_color.as_ref())),
     ];
-    let textures = slots.into_iter().filter_map(|(slot, texture)| {
+    let layers = maps.and_then(|m| m.layers.as_ref()).into_iter().flat_map(|layers| layer_slots(layers));
+    let textures = slots.into_iter().chain(layers).filter_map(|(slot, texture)| {
         texture.map(|t| {
             let (width, height) = t.image.size();
             (slot.to_owned(), json!({ "width": width, "height": height }))
@@ -98,6 +100,21 @@ fn material(material: &Material) -> Value {
         "textures": Value::Object(textures.collect()),
         "vertex_colors": maps.is_some_and(|m| m.vertex_colors != VertexColors::Nothing),
     })
+}
+
+fn layer_slots(layers: &LayerMaps) -> [(&'static str, Option<&Texture>); 10] {
+    [
+        ("clearcoat", layers.coat.as_ref()),
+        ("clearcoat_roughness", layers.coat_roughness.as_ref()),
+        ("clearcoat_normal", layers.coat_normal.as_ref().map(|normal| &normal.texture)),
+        ("sheen_color", layers.sheen_color.as_ref()),
+        ("sheen_roughness", layers.sheen_roughness.as_ref()),
+        ("anisotropy", layers.anisotropy.as_ref()),
+        ("iridescence", layers.iridescence.as_ref()),
+        ("iridescence_thickness", layers.film_thickness.as_ref()),
+        ("diffuse_transmission", layers.diffuse_transmission.as_ref()),
+        ("diffuse_transmission_color", layers.diffuse_transmission_color.as_ref()),
+    ]
 }
 
 /// Intensities are linear RGB, candela; irradiance is in lux.

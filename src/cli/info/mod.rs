@@ -187,5 +187,6 @@ pub fn kind(material: &Material) -> &'static str {
         (Some(Boundary::Thin), _) | (_, Bsdf::Thin(_)) => "thin dielectric",
         (_, Bsdf::Diffuse(_)) => "diffuse",
         (_, Bsdf::MetallicRoughness(_)) => "metallic-roughness",
+        (_, Bsdf::Layered(_)) => "layered",
     }
 }

@@ -40,6 +40,7 @@ impl Kind {
             Bsdf::MetallicRoughness(metallic) if metallic.mirror().is_some() => Some(Self::Mirror),
             Bsdf::MetallicRoughness(_) => Some(Self::MetallicRoughness),
             Bsdf::Thin(thin) => thin.pane().map(|_| Self::Pane),
+            Bsdf::Layered(_) => None,
         }
     }
 
@@ -115,7 +116,7 @@ impl<V: Vector> Terms<V> {
 }
 
 impl Terms {
-    /// Those of a BSDF that has a [`Kind`].
+    /// Those of a BSDF that has a [`Kind`]; of another the colour.
     #[inline(always)]
     pub fn of(bsdf: &Bsdf) -> Self {
         match bsdf {
@@ -123,6 +124,7 @@ impl Terms {
             Bsdf::MetallicRoughness(metallic) => Self::of_metallic(metallic),
             Bsdf::Dielectric(boundary) => Self::of_dielectric(boundary),
             Bsdf::Thin(ThinDielectric { color, ior, .. }) => Self { ior: *ior, ..Self::of_color(*color) },
+            Bsdf::Layered(layered) => Self::of_color(layered.color()),
         }
     }
 

@@ -170,13 +170,13 @@ impl<F: Float> Grazing<F> {
     }
 
     #[inline(always)]
-    fn pdf(self, cos: F) -> F {
+    pub fn pdf(self, cos: F) -> F {
         cos.abs() * FRAC_1_PI / (self.logarithm * (cos * cos + self.square))
     }
 
     /// A direction on the side of `side` in the lanes `which`: (μ²/α² + 1) = (1 + 1/α²)^u.
     #[inline(always)]
-    fn sample(
+    pub fn sample(
         self,
         side: <F::Lanes as Lanes>::V,
         [u, v]: [F; 2],

@@ -13,6 +13,7 @@ mod fresnel;
 mod functions;
 mod glass;
 mod layer;
+mod layered;
 mod metallic_roughness;
 mod microfacet;
 mod mirror;
@@ -35,6 +36,7 @@ pub use dielectric::Dielectric;
 pub use diffuse::Diffuse;
 pub use directions::Directions;
 pub use glass::Glass;
+pub use layered::{Layered, Surface};
 pub use metallic_roughness::MetallicRoughness;
 pub use mirror::Mirror;
 pub use pane::Pane;
@@ -235,6 +237,8 @@ pub enum Bsdf {
     Dielectric(Dielectric),
     /// A thin-walled transmitting surface.
     Thin(ThinDielectric),
+    /// An opaque surface in layers.
+    Layered(Layered),
 }
 
 macro_rules! dispatch {
@@ -244,6 +248,7 @@ macro_rules! dispatch {
             Bsdf::MetallicRoughness($b) => $call,
             Bsdf::Dielectric($b) => $call,
             Bsdf::Thin($b) => $call,
+            Bsdf::Layered($b) => $call,
         }
     };
 }
@@ -322,6 +327,7 @@ impl Bsdf {
             Self::MetallicRoughness(b) => b.base_color,
             Self::Dielectric(b) => b.color,
             Self::Thin(b) => b.color,
+            Self::Layered(b) => b.color(),
         }
     }
 
@@ -351,6 +357,7 @@ impl Bsdf {
             Self::Diffuse(_) | Self::MetallicRoughness(_) => false,
             Self::Dielectric(d) => d.continuous_transmits(),
             Self::Thin(t) => t.continuous_transmits(),
+            Self::Layered(l) => l.continuous_transmits(),
         }
     }
 

@@ -51,6 +51,48 @@ fn table() -> Vec<(&'static str, Bsdf)> {
         ("pane, smooth and half diffuse", pane(red, 1.5, 0.0, 0.5)),
         ("pane, black", pane(Rgb::ZERO, 1.5, 0.3, 1.0)),
     ]
+    .into_iter()
+    .chain(layered())
+    .collect()
+}
+
+/// Layered surfaces with each lobe.
+fn layered() -> impl Iterator<Item = (&'static str, Bsdf)> {
+    let red = Rgb::new(0.9, 0.3, 0.1);
+    let plastic = Surface { base_color: red, f0: Rgb::splat(0.04), f90: 1.0, alpha: 0.3, ..Surface::LAMBERT };
+    let metal = Surface { base_color: red, metallic: 1.0, alpha: 0.2, ..plastic };
+    let coat = Surface { coat: 1.0, coat_alpha: 0.1, ..plastic };
+    let sheen = Surface { sheen: Rgb::new(1.0, 0.8, 0.6), sheen_alpha: 0.2, ..plastic };
+    let film = Surface { film: 1.0, film_ior: 1.5, film_thickness: 450.0, ..metal };
+    let grain = Surface { anisotropy: 0.7, tangent: 0.6, ..metal };
+    let leaf = Surface { transmission: 0.6, transmission_color: Rgb::new(0.2, 0.9, 0.3), ..plastic };
+    let all = Surface {
+        coat: 0.6,
+        coat_alpha: 0.2,
+        sheen: Rgb::new(0.3, 0.2, 0.5),
+        sheen_alpha: 0.4,
+        film: 0.7,
+        film_ior: 1.8,
+        film_thickness: 300.0,
+        anisotropy: 0.5,
+        tangent: 2.0,
+        metallic: 0.4,
+        ..leaf
+    };
+    [
+        ("coat over plastic", coat),
+        ("coat over metal", Surface { coat: 0.7, coat_alpha: 0.25, ..metal }),
+        ("sheen over plastic", sheen),
+        ("sheen, rough, over metal", Surface { sheen: Rgb::ONE, sheen_alpha: 1.0, ..metal }),
+        ("metal with a grain", grain),
+        ("plastic with a grain", Surface { metallic: 0.0, anisotropy: 1.0, ..grain }),
+        ("metal under a film", film),
+        ("plastic under a film", Surface { metallic: 0.0, film: 0.8, ..film }),
+        ("leaf", leaf),
+        ("all layers", all),
+    ]
+    .map(|(name, surface)| (name, Bsdf::Layered(Layered::new(&surface))))
+    .into_iter()
 }
 
 /// Lobes too narrow for the quadratures, for the oracles that need none.
@@ -251,7 +293,7 @@ fn any_bsdf() -> impl Strategy<Value = Bsdf> {
     let unit = || prop_oneof![Just(0.0_f32), Just(1.0), 0.0..1.0_f32];
     let alpha = prop_oneof![Just(0.0_f32), Just(1.0), Just(microfacet::SMOOTH_ALPHA), 0.0..1.0_f32];
     let ior = prop_oneof![Just(1.0_f32), 0.9998..1.0002_f32, 0.3..4.0_f32];
-    (0..4, [unit(), unit(), unit()], alpha, ior, unit(), [unit(), unit()]).prop_map(
+    (0..5, [unit(), unit(), unit()], alpha, ior, unit(), [unit(), unit()]).prop_map(
         |(kind, color, alpha, ior, fraction, [f0, f90])| {
             let color = Rgb::from_array(color);
             match kind {
@@ -264,6 +306,24 @@ fn any_bsdf() -> impl Strategy<Value = Bsdf> {
                     dielectric_f90: f90,
                 }),
                 2 => Bsdf::Dielectric(Dielectric { color, ior, alpha, transmission: fraction }),
+                3 => Bsdf::Layered(Layered::new(&Surface {
+                    base_color: color,
+                    f0: Rgb::splat(0.04 * f90),
+                    f90,
+                    metallic: f0,
+                    alpha,
+                    coat: fraction,
+                    coat_alpha: alpha * f0,
+                    sheen: Rgb::splat(f0 * f90),
+                    sheen_alpha: alpha,
+                    film: f90 * fraction,
+                    film_ior: ior.max(1.0),
+                    film_thickness: 1000.0 * fraction,
+                    anisotropy: f0 * fraction,
+                    tangent: ior,
+                    transmission: fraction,
+                    ..Surface::LAMBERT
+                })),
                 _ => Bsdf::Thin(ThinDielectric { color, ior, alpha, transmission: fraction }),
             }
         },

@@ -1,0 +1,212 @@
+//! The extensions that add lobes to a material (clear coat, sheen, anisotropy, iridescence, diffuse transmission), and
+//! the model of speculars and glossiness, which is converted.
+
+use std::sync::Arc;
+
+use glam::Vec2;
+use gltf_json::{
+    material::{Material as Source, NormalTexture},
+    texture::Info,
+};
+use serde_json::{Map, Value};
+
+use super::{
+    error::{Fault, quoted},
+    material::Reader,
+    texture::Reference,
+};
+use crate::{
+    math::Rgb,
+    scene::{
+        layers::{LayerMaps, Layers},
+        material::{Boundary, Maps, NormalMap, Parameters},
+        texture::{Encoding, Image, Texels, Texture},
+    },
+};
+
+/// The extensions of layers.
+const LAYERS: [&str; 5] = [
+    "KHR_materials_clearcoat",
+    "KHR_materials_sheen",
+    "KHR_materials_anisotropy",
+    "KHR_materials_iridescence",
+    "KHR_materials_diffuse_transmission",
+];
+
+/// The legacy model.
+const SPECULAR_GLOSSINESS: &str = "KHR_materials_pbrSpecularGlossiness";
+
+/// An extension of a material.
+struct Extension<'a> {
+    name: &'static str,
+    members: &'a Map<String, Value>,
+}
+
+impl<'a> Extension<'a> {
+    fn of(m: &'a Source, name: &'static str) -> Option<Self> {
+        let members = m.extensions.as_ref()?.others.get(name)?.as_object()?;
+        Some(Self { name, members })
+    }
+
+    fn at(&self, member: &str) -> String {
+        format!("extensions/{}/{member}", self.name)
+    }
+}
+
+impl Reader<'_, '_> {
+    /// Adds the layers of a material whose boundary is known. One that transmits has none: the warning says so.
+    pub(super) fn layers(&mut self, m: &Source, maps: &mut Maps) -> Result<(), Fault> {
+        let mut layers = Layers::NONE;
+        let mut textures = LayerMaps::default();
+        self.coat(m, &mut layers, &mut textures)?;
+        self.sheen(m, &mut layers, &mut textures)?;
+        self.anisotropy(m, &mut layers, &mut textures)?;
+        self.iridescence(m, &mut layers, &mut textures)?;
+        self.diffuse_transmission(m, &mut layers, &mut textures)?;
+        if !layers.are_there() {
+            return Ok(());
+        }
+        if maps.factors.boundary != Boundary::Opaque {
+            let names: Vec<_> = LAYERS.into_iter().filter(|name| Extension::of(m, name).is_some()).collect();
+            let (name, names) = (quoted(&self.name), names.join(", "));
+            self.warnings.push(format!("material {name} transmits: {names} is not applied to it"));
+            return Ok(());
+        }
+        if layers.diffuse_transmission > 0.0 && m.extensions.as_ref().is_some_and(|e| e.volume.is_some()) {
+            let name = quoted(&self.name);
+            self.warnings.push(format!(
+                "material {name} transmits diffusely: light passes it as it does a thin sheet, and not its volume"
+            ));
+        }
+        maps.factors.layers = layers;
+        maps.layers = Some(Box::new(textures));
+        Ok(())
+    }
+
+    fn coat(&mut self, m: &Source, layers: &mut Layers, maps: &mut LayerMaps) -> Result<(), Fault> {
+        let Some(e) = Extension::of(m, "KHR_materials_clearcoat") else { return Ok(()) };
+        layers.coat = self.factor(&e, "clearcoatFactor", 0.0, [0.0, 1.0])?;
+        layers.coat_roughness = self.factor(&e, "clearcoatRoughnessFactor", 0.0, [0.0, 1.0])?;
+        maps.coat = self.slot(&e, "clearcoatTexture", Encoding::Linear)?;
+        maps.coat_roughness = self.slot(&e, "clearcoatRoughnessTexture", Encoding::Linear)?;
+        maps.coat_normal = self.coat_normal(&e, "clearcoatNormalTexture")?;
+        Ok(())
+    }
+
+    fn coat_normal(&mut self, e: &Extension<'_>, member: &str) -> Result<Option<NormalMap>, Fault> {
+        let Some(value) = e.members.get(member) else { return Ok(None) };
+        let at = e.at(member);
+        let Ok(normal) = serde_json::from_value::<NormalTexture>(value.clone()) else {
+            return Err(Fault::invalid(format!("{}/{at}", self.at), "this is no reference to a normal texture"));
+        };
+        let extensions = normal.extensions.as_ref().map(|extensions| &extensions.others);
+        let reference = Reference { texture: normal.index.value(), tex_coord: normal.tex_coord, extensions };
+        let texture = self.reference(Some(reference), Encoding::Linear, &at)?;
+        let scale = self.number(&format!("{at}/scale"), normal.scale, f32::MIN, f32::MAX)?;
+        Ok(texture.map(|texture| NormalMap { texture, scale }))
+    }
+
+    fn sheen(&mut self, m: &Source, layers: &mut Layers, maps: &mut LayerMaps) -> Result<(), Fault> {
+        let Some(e) = Extension::of(m, "KHR_materials_sheen") else { return Ok(()) };
+        layers.sheen = self.tint(&e, "sheenColorFactor", Rgb::ZERO)?;
+        layers.sheen_roughness = self.factor(&e, "sheenRoughnessFactor", 0.0, [0.0, 1.0])?;
+        maps.sheen_color = self.slot(&e, "sheenColorTexture", Encoding::Srgb)?;
+        maps.sheen_roughness = self.slot(&e, "sheenRoughnessTexture", Encoding::Linear)?;
+        Ok(())
+    }
+
+    fn anisotropy(&mut self, m: &Source, layers: &mut Layers, maps: &mut LayerMaps) -> Result<(), Fault> {
+        let Some(e) = Extension::of(m, "KHR_materials_anisotropy") else { return Ok(()) };
+        layers.anisotropy = self.factor(&e, "anisotropyStrength", 0.0, [0.0, 1.0])?;
+        let rotation = self.factor(&e, "anisotropyRotation", 0.0, [f32::MIN, f32::MAX])?;
+        layers.grain = Vec2::from_angle(rotation);
+        maps.anisotropy = self.slot(&e, "anisotropyTexture", Encoding::Linear)?;
+        Ok(())
+    }
+
+    fn iridescence(&mut self, m: &Source, layers: &mut Layers, maps: &mut LayerMaps) -> Result<(), Fault> {
+        let Some(e) = Extension::of(m, "KHR_materials_iridescence") else { return Ok(()) };
+        layers.iridescence = self.factor(&e, "iridescenceFactor", 0.0, [0.0, 1.0])?;
+        layers.film_ior = self.factor(&e, "iridescenceIor", 1.3, [1.0, f32::MAX])?;
+        maps.least_thickness = self.factor(&e, "iridescenceThicknessMinimum", 100.0, [0.0, f32::MAX])?;
+        layers.film_thickness = self.factor(&e, "iridescenceThicknessMaximum", 400.0, [0.0, f32::MAX])?;
+        maps.iridescence = self.slot(&e, "iridescenceTexture", Encoding::Linear)?;
+        maps.film_thickness = self.slot(&e, "iridescenceThicknessTexture", Encoding::Linear)?;
+        Ok(())
+    }
+
+    fn diffuse_transmission(&mut self, m: &Source, layers: &mut Layers, maps: &mut LayerMaps) -> Result<(), Fault> {
+        let Some(e) = Extension::of(m, "KHR_materials_diffuse_transmission") else { return Ok(()) };
+        layers.diffuse_transmission = self.factor(&e, "diffuseTransmissionFactor", 0.0, [0.0, 1.0])?;
+        layers.diffuse_transmission_color = self.tint(&e, "diffuseTransmissionColorFactor", Rgb::ONE)?;
+        maps.diffuse_transmission = self.slot(&e, "diffuseTransmissionTexture", Encoding::Linear)?;
+        maps.diffuse_transmission_color = self.slot(&e, "diffuseTransmissionColorTexture", Encoding::Srgb)?;
+        Ok(())
+    }
+
+    /// Puts the model of speculars and glossiness in the place of metal and roughness, if the material has it, and
+    /// returns the alpha of its diffuse factor: a dielectric whose interface has the specular colour for F0 at any
+    /// angle of its own (which an infinite index leaves to it), over the diffuse colour.
+    pub(super) fn specular_glossiness(&mut self, m: &Source, maps: &mut Maps) -> Result<Option<f32>, Fault> {
+        let Some(e) = Extension::of(m, SPECULAR_GLOSSINESS) else { return Ok(None) };
+        let diffuse = self.numbers(&e, "diffuseFactor", [1.0; 4])?;
+        let glossiness = self.factor(&e, "glossinessFactor", 1.0, [0.0, 1.0])?;
+        let of_both = self.slot(&e, "specularGlossinessTexture", Encoding::Srgb)?;
+        let [r, g, b, alpha] = diffuse;
+        maps.factors = Parameters {
+            base_color: self.color(&e.at("diffuseFactor"), Rgb::new(r, g, b), 1.0)?,
+            metallic: 0.0,
+            roughness: if of_both.is_some() { 1.0 } else { 1.0 - glossiness },
+            specular_color: self.tint(&e, "specularFactor", Rgb::ONE)?,
+            ior: 0.0,
+            ..Parameters { specular: 1.0, ..Parameters::LAMBERT }
+        };
+        maps.base_color = self.slot(&e, "diffuseTexture", Encoding::Srgb)?;
+        maps.metallic_roughness = of_both.as_ref().map(|texture| rough(texture, glossiness));
+        maps.specular_color = of_both;
+        Ok(Some(alpha))
+    }
+
+    fn factor(&mut self, e: &Extension<'_>, member: &str, default: f32, [min, max]: [f32; 2]) -> Result<f32, Fault> {
+        let [x] = self.numbers(e, member, [default])?;
+        self.number(&e.at(member), x, min, max)
+    }
+
+    fn tint(&mut self, e: &Extension<'_>, member: &str, default: Rgb) -> Result<Rgb, Fault> {
+        let color = self.numbers(e, member, default.to_array())?;
+        self.color(&e.at(member), Rgb::from_array(color), 1.0)
+    }
+
+    /// A number, or an array of so many.
+    fn numbers<const N: usize>(&self, e: &Extension<'_>, member: &str, default: [f32; N]) -> Result<[f32; N], Fault> {
+        let Some(value) = e.members.get(member) else { return Ok(default) };
+        let one = std::slice::from_ref(value);
+        let all = if N == 1 { Some(one) } else { value.as_array().map(Vec::as_slice) };
+        let numbers = all.filter(|all| all.len() == N).and_then(|all| {
+            all.iter().map(|x| x.as_f64().map(|x| x as f32)).collect::<Option<Vec<_>>>()?.try_into().ok()
+        });
+        let what = if N == 1 { "this is no number".to_owned() } else { format!("these are not {N} numbers") };
+        numbers.ok_or_else(|| Fault::invalid(format!("{}/{}", self.at, e.at(member)), what))
+    }
+
+    fn slot(&mut self, e: &Extension<'_>, member: &str, encoding: Encoding) -> Result<Option<Texture>, Fault> {
+        let Some(value) = e.members.get(member) else { return Ok(None) };
+        let at = e.at(member);
+        let Ok(info) = serde_json::from_value::<Info>(value.clone()) else {
+            return Err(Fault::invalid(format!("{}/{at}", self.at), "this is no reference to a texture"));
+        };
+        self.reference(Some(Reference::from(&info)), encoding, &at)
+    }
+}
+
+/// Roughness, 1 − glossiness · A, in the channel where metallic-roughness has it.
+fn rough(glossy: &Texture, glossiness: f32) -> Texture {
+    let (width, height) = glossy.image.size();
+    let places = (0..height).flat_map(|y| (0..width).map(move |x| (x, y)));
+    let texels = places.flat_map(|(x, y)| {
+        let rough = 1.0 - glossiness * glossy.image.texel(x, y, Encoding::Linear).w;
+        [u8::MAX, (rough * 255.0).round() as u8, u8::MAX]
+    });
+    let image = Image::new(width, height, Texels::U8(texels.collect()));
+    Texture { image: Arc::new(image), encoding: Encoding::Linear, ..glossy.clone() }
+}

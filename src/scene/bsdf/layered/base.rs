@@ -1,0 +1,121 @@
+//! The base's interface: metal and dielectric as in [`MetallicRoughness`](super::super::MetallicRoughness), with a
+//! grain (`KHR_materials_anisotropy`) and a thin film (`KHR_materials_iridescence`).
+
+use glam::Vec3;
+
+use super::{End, Part, Stack};
+use crate::{
+    math::Rgb,
+    scene::bsdf::{
+        albedo::Split,
+        fresnel,
+        layer::{MEAN_SCHLICK_WEIGHT, mean_reflectance, product_lobe},
+    },
+};
+
+/// What facets reflect at once.
+pub(super) struct Reflection;
+
+/// What leaves the base after several facets.
+pub(super) struct BetweenFacets;
+
+/// The cosine at which Schlick's reflectance is the mean over the facets that carry light.
+pub(super) fn typical_cosine(split: Split) -> f32 {
+    let once = split.normal + split.grazing;
+    if once > 0.0 { 1.0 - (split.grazing / once).powf(0.2) } else { 0.0 }
+}
+
+/// Where the film's mean reflectance over all directions is taken: Schlick's mean weight there is 1/21.
+const MEAN_COS: f32 = 0.456;
+
+/// Reflectance of dielectric and metal at a facet met with this cosine.
+fn both(s: &Stack, cos: f32) -> [Rgb; 2] {
+    let (p, power) = (&s.surface, fresnel::schlick_power(cos));
+    let dielectric = fresnel::schlick(p.f0, Rgb::splat(p.f90), power);
+    with_film(s, [dielectric, fresnel::schlick(p.base_color, Rgb::ONE, power)], cos)
+}
+
+fn with_film(s: &Stack, [dielectric, metal]: [Rgb; 2], cos: f32) -> [Rgb; 2] {
+    let (p, Some(film)) = (&s.surface, &s.film) else { return [dielectric, metal] };
+    // f0 holds the factor `specular`, which weighs the film's reflectance as a whole.
+    let plain = if p.f90 > 0.0 { p.f0 * (1.0 / p.f90) } else { Rgb::ZERO };
+    let of_dielectric = film.reflectance(plain, cos) * p.f90;
+    [dielectric.lerp(of_dielectric, p.film), metal.lerp(film.reflectance(p.base_color, cos), p.film)]
+}
+
+/// Mean reflectance of dielectric and metal over all directions.
+pub(super) fn means(s: &Stack) -> [Rgb; 2] {
+    let p = &s.surface;
+    let plain = [p.f0.map(|f0| mean_reflectance(f0, p.f90)), p.base_color.map(|f0| mean_reflectance(f0, 1.0))];
+    with_film(s, plain, MEAN_COS)
+}
+
+/// Reflectance of a facet met with this cosine.
+fn reflectance(s: &Stack, cos: f32) -> Rgb {
+    let [dielectric, metal] = both(s, cos);
+    dielectric * (1.0 - s.surface.metallic) + metal * s.surface.metallic
+}
+
+/// 1 − E of the dielectric's interface: what it leaves to what is diffuse.
+pub(super) fn passed(s: &Stack, end: &End) -> f32 {
+    if s.film.is_none() {
+        return s.interface.passed(end.split, s.interface_multiple);
+    }
+    let [dielectric, _] = both(s, end.facet_cos);
+    (1.0 - dielectric.max_element()) * (1.0 - end.split.missing) + (1.0 - s.interface_multiple) * end.split.missing
+}
+
+/// E of metal and dielectric, in the brightest channel.
+pub(super) fn albedo(s: &Stack, end: &End) -> f32 {
+    let once = reflectance(s, end.facet_cos).max_element() * (1.0 - end.split.missing);
+    once + s.multiple.max_element() * end.split.missing
+}
+
+/// `w` mirrored at the facet normal `h`.
+pub(super) fn mirror(w: Vec3, h: Vec3) -> Vec3 {
+    fresnel::reflect(w, h, w.dot(h))
+}
+
+impl Part for Reflection {
+    fn value(&self, s: &Stack, a: &End, b: &End) -> Rgb {
+        let facet = s.facets.reflect(a.along_grain, b.along_grain);
+        if facet.value == 0.0 {
+            return Rgb::ZERO;
+        }
+        reflectance(s, facet.cos) * (facet.value * a.through.min(b.through))
+    }
+
+    fn weight(&self, s: &Stack, from: &End) -> f32 {
+        // A rough lobe sees facets at all angles, also where the macroscopic surface reflects nothing.
+        let seen = s.mean.max_element() * MEAN_SCHLICK_WEIGHT.max(s.facets.x * 0.1);
+        from.through * reflectance(s, from.facet_cos).max_element().max(seen) * (1.0 - from.split.missing)
+    }
+
+    fn sample(&self, s: &Stack, from: &End, u: [f32; 2]) -> Vec3 {
+        let w = mirror(from.along_grain, s.facets.sample_visible(from.along_grain, u));
+        let [cos, sin] = s.grain;
+        if s.surface.anisotropy > 0.0 { Vec3::new(cos * w.x - sin * w.y, cos * w.y + sin * w.x, w.z) } else { w }
+    }
+
+    fn density(&self, s: &Stack, from: &End, to: &End) -> f32 {
+        s.facets.reflect(from.along_grain, to.along_grain).forward
+    }
+}
+
+impl Part for BetweenFacets {
+    fn value(&self, s: &Stack, a: &End, b: &End) -> Rgb {
+        s.multiple * (product_lobe(a.split.missing, b.split.missing, s.average.missing) * a.through.min(b.through))
+    }
+
+    fn weight(&self, s: &Stack, from: &End) -> f32 {
+        from.through * s.multiple.max_element() * from.split.missing
+    }
+
+    fn sample(&self, s: &Stack, _: &End, u: [f32; 2]) -> Vec3 {
+        s.grazing.sample(Vec3::Z, u, true)
+    }
+
+    fn density(&self, s: &Stack, _: &End, to: &End) -> f32 {
+        s.grazing.pdf(to.up.z)
+    }
+}

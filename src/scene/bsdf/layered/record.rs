@@ -1,0 +1,206 @@
+//! The numbers of a layered surface in as many bytes as any other BSDF has.
+//!
+//! Textures have 8 bits, and what they multiply need not be exact to more than an eye sees: colours are kept by their
+//! roots in 10 or 11 bits, fractions in 8 to 12. 0 and 1 are exact, and so is a coat's normal that is the surface's.
+
+use std::f32::consts::PI;
+
+use glam::Vec2;
+
+use super::{Averages, Surface};
+use crate::math::Rgb;
+
+/// So many words of 16 bits: with the tag of the enum as large as the largest of the other BSDFs.
+const WORDS: usize = 19;
+
+/// A [`Surface`] with its [`Averages`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct Record([u16; WORDS]);
+
+/// The greatest thickness of a film in nanometres: whole numbers of 12 bits. Thicker films have no colour left.
+const THICKEST: f32 = 4095.0;
+/// The greatest index of a film.
+const DENSEST: f32 = 4.0;
+
+impl Record {
+    pub fn new(surface: &Surface, averages: Averages) -> Self {
+        let mut bits = Writer { words: [0; WORDS], at: 0 };
+        let s = surface;
+        bits.color(11, s.base_color);
+        bits.color(11, s.f0);
+        bits.fraction(10, s.f90);
+        bits.fraction(8, s.metallic);
+        bits.fraction(12, s.alpha.sqrt());
+        bits.fraction(8, s.coat);
+        bits.fraction(12, s.coat_alpha.sqrt());
+        bits.signed(12, s.coat_normal.x);
+        bits.signed(12, s.coat_normal.y);
+        bits.color(10, s.sheen);
+        bits.fraction(10, s.sheen_alpha.sqrt());
+        bits.fraction(8, s.film);
+        bits.fraction(10, (s.film_ior - 1.0) / (DENSEST - 1.0));
+        bits.fraction(12, s.film_thickness / THICKEST);
+        bits.fraction(8, s.anisotropy);
+        bits.fraction(12, s.tangent.rem_euclid(PI) / PI);
+        bits.fraction(8, s.transmission);
+        bits.color(10, s.transmission_color);
+        bits.fraction(16, averages.passed);
+        bits.fraction(16, averages.spread.sqrt());
+        Self(bits.words)
+    }
+
+    pub fn read(&self) -> (Surface, Averages) {
+        let mut bits = Reader { words: &self.0, at: 0 };
+        let square = |x: f32| x * x;
+        let surface = Surface {
+            base_color: bits.color(11),
+            f0: bits.color(11),
+            f90: bits.fraction(10),
+            metallic: bits.fraction(8),
+            alpha: square(bits.fraction(12)),
+            coat: bits.fraction(8),
+            coat_alpha: square(bits.fraction(12)),
+            coat_normal: Vec2::new(bits.signed(12), bits.signed(12)),
+            sheen: bits.color(10),
+            sheen_alpha: square(bits.fraction(10)),
+            film: bits.fraction(8),
+            film_ior: 1.0 + (DENSEST - 1.0) * bits.fraction(10),
+            film_thickness: THICKEST * bits.fraction(12),
+            anisotropy: bits.fraction(8),
+            tangent: PI * bits.fraction(12),
+            transmission: bits.fraction(8),
+            transmission_color: bits.color(10),
+        };
+        (surface, Averages { passed: bits.fraction(16), spread: square(bits.fraction(16)) })
+    }
+}
+
+/// The greatest number of so many bits.
+fn most(bits: usize) -> f32 {
+    ((1_u32 << bits) - 1) as f32
+}
+
+struct Writer {
+    words: [u16; WORDS],
+    at: usize,
+}
+
+impl Writer {
+    fn whole(&mut self, bits: usize, number: u32) {
+        let (word, shift) = (self.at / 16, self.at % 16);
+        let shifted = number << shift;
+        self.words[word] |= shifted as u16;
+        if shift + bits > 16 {
+            self.words[word + 1] |= (shifted >> 16) as u16;
+        }
+        self.at += bits;
+    }
+
+    fn fraction(&mut self, bits: usize, x: f32) {
+        self.whole(bits, (x.clamp(0.0, 1.0) * most(bits)).round() as u32);
+    }
+
+    fn signed(&mut self, bits: usize, x: f32) {
+        let half = (1_u32 << (bits - 1)) as f32;
+        self.whole(bits, ((x.clamp(-1.0, 1.0) * (half - 1.0)).round() + half) as u32);
+    }
+
+    fn color(&mut self, bits: usize, color: Rgb) {
+        color.to_array().into_iter().for_each(|c| self.fraction(bits, c.max(0.0).sqrt()));
+    }
+}
+
+struct Reader<'a> {
+    words: &'a [u16; WORDS],
+    at: usize,
+}
+
+impl Reader<'_> {
+    #[inline(always)]
+    fn whole(&mut self, bits: usize) -> u32 {
+        let (word, shift) = (self.at / 16, self.at % 16);
+        let next = self.words.get(word + 1).copied().unwrap_or(0);
+        let both = u32::from(self.words[word]) | u32::from(next) << 16;
+        self.at += bits;
+        both >> shift & ((1 << bits) - 1)
+    }
+
+    #[inline(always)]
+    fn fraction(&mut self, bits: usize) -> f32 {
+        self.whole(bits) as f32 / most(bits)
+    }
+
+    #[inline(always)]
+    fn signed(&mut self, bits: usize) -> f32 {
+        let half = (1_u32 << (bits - 1)) as f32;
+        (self.whole(bits) as f32 - half) / (half - 1.0)
+    }
+
+    #[inline(always)]
+    fn color(&mut self, bits: usize) -> Rgb {
+        let c = [self.fraction(bits), self.fraction(bits), self.fraction(bits)];
+        Rgb::from_array(c.map(|c| c * c))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_survive_to_what_an_eye_sees() {
+        let surface = Surface {
+            base_color: Rgb::new(1.0, 0.5, 0.0),
+            f0: Rgb::new(0.04, 1.0, 0.3),
+            f90: 1.0,
+            metallic: 0.3,
+            alpha: 0.09,
+            coat: 1.0,
+            coat_alpha: 0.0025,
+            coat_normal: Vec2::new(-0.3, 0.7),
+            sheen: Rgb::new(0.2, 0.9, 1.0),
+            sheen_alpha: 0.5,
+            film: 0.7,
+            film_ior: 1.3,
+            film_thickness: 550.0,
+            anisotropy: 0.6,
+            tangent: 2.5,
+            transmission: 0.4,
+            transmission_color: Rgb::new(0.1, 0.2, 0.6),
+        };
+        let (read, averages) = Record::new(&surface, Averages { passed: 0.91, spread: 0.013 }).read();
+        let near = |a: f32, b: f32, by: f32| assert!((a - b).abs() <= by, "{a} for {b}");
+        for (a, b) in [
+            (read.base_color, surface.base_color),
+            (read.f0, surface.f0),
+            (read.sheen, surface.sheen),
+            (read.transmission_color, surface.transmission_color),
+        ] {
+            (0..3).for_each(|i| near(a[i], b[i], 1e-3));
+        }
+        for (a, b) in [
+            (read.f90, 1.0),
+            (read.metallic, 0.3),
+            (read.alpha, 0.09),
+            (read.coat, 1.0),
+            (read.coat_alpha, 0.0025),
+            (read.coat_normal.x, -0.3),
+            (read.coat_normal.y, 0.7),
+            (read.sheen_alpha, 0.5),
+            (read.film, 0.7),
+            (read.film_ior, 1.3),
+            (read.film_thickness / THICKEST, 550.0 / THICKEST),
+            (read.anisotropy, 0.6),
+            (read.tangent, 2.5),
+            (read.transmission, 0.4),
+            (averages.passed, 0.91),
+            (averages.spread, 0.013),
+        ] {
+            near(a, b, 2e-3);
+        }
+        assert_eq!((read.base_color.r(), read.base_color.b(), read.f90, read.coat), (1.0, 0.0, 1.0, 1.0));
+        assert_eq!(Record::new(&read, averages).read().0, read, "what has been read is kept as it is");
+        let flat = Surface { coat_normal: Vec2::ZERO, ..surface };
+        assert_eq!(Record::new(&flat, averages).read().0.coat_normal, Vec2::ZERO);
+    }
+}

@@ -1,0 +1,88 @@
+//! Layered materials: every path as defined, and the same image by every strategy.
+
+use std::sync::Arc;
+
+use glam::{Vec2, Vec3};
+use pathspace::{
+    integrator::IntegratorKind::{Bdpt, Hybrid, Light as LightTracing, Path},
+    math::Rgb,
+    sampling::Filter,
+    scene::{
+        Scene,
+        camera::{Camera, Sensor},
+        geometry::Geometry,
+        layers::{LayerMaps, Layers},
+        light::Light,
+        material::{Maps, Material, MaterialId, Parameters},
+        texture::{Encoding, Image, Texels, Texture},
+    },
+};
+
+use crate::{
+    agreement::where_all_cover_within,
+    identity::assert_identity_by,
+    scenes,
+    textures::{coarse_sphere, quad, waves},
+};
+
+const PLASTIC: Parameters =
+    Parameters { base_color: Rgb::new(0.6, 0.3, 0.2), specular: 1.0, roughness: 0.6, ..Parameters::LAMBERT };
+const METAL: Parameters = Parameters { base_color: Rgb::new(0.9, 0.7, 0.4), metallic: 1.0, ..PLASTIC };
+
+fn material(name: &str, layers: Layers, base: Parameters, textures: LayerMaps) -> Material {
+    let mut maps = Maps::new(Parameters { layers, ..base });
+    maps.layers = Some(Box::new(textures));
+    Material::varying(name, maps)
+}
+
+/// A room of layers open to the sky: its walls, floor and balls have each lobe, some with textures and normals of their
+/// own, and leaves stand in it.
+fn room(sensor: Sensor) -> Scene {
+    let image = |texels: Vec<u8>| Arc::new(Image::new(2, 2, Texels::U8(texels)));
+    let grain = image(vec![255, 128, 255, 128, 255, 200, 30, 60, 255, 200, 200, 120]);
+    let cloudy = image(vec![255, 80, 128, 200, 255, 255, 90, 40, 120, 60, 200, 255]);
+    let linear = |image: &Arc<Image>| Some(Texture::new(image.clone(), Encoding::Linear));
+    let coated = Layers { coat: 1.0, coat_roughness: 0.5, ..Layers::NONE };
+    let coat_maps = LayerMaps { coat: linear(&cloudy), coat_normal: Some(waves(0.5)), ..LayerMaps::default() };
+    let brushed = Layers { anisotropy: 0.9, grain: Vec2::from_angle(0.7), ..Layers::NONE };
+    let velvet = Layers { sheen: Rgb::new(0.9, 0.8, 1.0), sheen_roughness: 0.5, ..Layers::NONE };
+    let soap = Layers { iridescence: 1.0, film_ior: 1.5, film_thickness: 600.0, ..Layers::NONE };
+    let green = Rgb::new(0.3, 0.8, 0.2);
+    let leaf = Layers { diffuse_transmission: 0.6, diffuse_transmission_color: green, ..Layers::NONE };
+    let all = Layers { coat: 0.7, sheen: Rgb::splat(0.4), anisotropy: 0.6, ..soap };
+    let none = LayerMaps::default;
+    let materials = vec![
+        material("lacquer", coated, PLASTIC, coat_maps),
+        material("brushed", brushed, METAL, LayerMaps { anisotropy: linear(&grain), ..none() }),
+        material("velvet", velvet, Parameters { roughness: 0.9, ..PLASTIC }, none()),
+        material("soap", soap, METAL, LayerMaps { film_thickness: linear(&cloudy), ..none() }),
+        material("leaf", leaf, PLASTIC, none()),
+        material("everything", Layers { coat_roughness: 0.4, sheen_roughness: 0.6, ..all }, METAL, none()),
+        Material::diffuse("lamp", Rgb::splat(0.3)).emitting(Rgb::new(2.0, 1.5, 1.0)),
+    ];
+    let mut g = Geometry::default();
+    let v = Vec3::new;
+    quad(&mut g, [v(-1., -1., 1.), v(1., -1., 1.), v(1., -1., -1.), v(-1., -1., -1.)], 2.0, 0);
+    quad(&mut g, [v(-1., -1., 1.), v(-1., -1., -1.), v(-1., 0.2, -1.), v(-1., 0.2, 1.)], 1.0, 1);
+    quad(&mut g, [v(1., -1., -1.), v(1., -1., 1.), v(1., 0.2, 1.), v(1., 0.2, -1.)], 1.0, 2);
+    quad(&mut g, [v(-1., -1., -1.), v(1., -1., -1.), v(1., 0.2, -1.), v(-1., 0.2, -1.)], 1.0, 3);
+    quad(&mut g, [v(-0.2, -0.8, 0.2), v(0.3, -0.8, 0.1), v(0.3, -0.2, 0.1), v(-0.2, -0.2, 0.2)], 1.0, 4);
+    scenes::quad(&mut g, [v(-0.6, 0.7, -0.6), v(0.6, 0.7, -0.6), v(0.6, 0.7, 0.6), v(-0.6, 0.7, 0.6)], 6);
+    g.add_sphere(v(-0.45, -0.5, -0.4), 0.3, MaterialId(5));
+    coarse_sphere(&mut g, v(0.45, -0.5, -0.4), 0.35, 2);
+    let sky = Light::Environment { radiance: Rgb::new(0.4, 0.5, 0.6) };
+    let camera = Camera::look_at(v(0.1, 0.3, 1.6), v(0.0, -0.4, -1.0), Vec3::Y, 0.9, sensor);
+    Scene::new(g, materials, &[sky], camera)
+}
+
+#[test]
+fn every_path_is_as_defined() {
+    let scene = room(scenes::square(24, Filter::BlackmanHarris));
+    assert_identity_by(&scenes::WEIGHTED, "layers", &scene, 2);
+}
+
+#[test]
+fn every_strategy_sees_the_same() {
+    let scene = room(scenes::square(16, Filter::Box));
+    where_all_cover_within(0.02, "layers", &scene, &[Path, LightTracing, Hybrid, Bdpt], 2..=4);
+}
