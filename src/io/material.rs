@@ -155,15 +155,7 @@ impl Reader<'_, '_> {
             let scale = self.number("normalTexture/scale", normal.scale, f32::MIN, f32::MAX)?;
             maps.normal = texture.map(|texture| NormalMap { texture, scale });
         }
-        let strength = ext.and_then(|e| e.emissive_strength.as_ref()).map_or(1.0, |e| e.emissive_strength.0);
-        let emission = Rgb::from_array(m.emissive_factor.0) * strength;
-        let mut emission = self.color("emissiveFactor", emission, f32::MAX)?;
-        let brightest = maps.emission.as_ref().map_or(Rgb::ONE, |texture| texture.extremes()[1].truncate().into());
-        let brightest = (emission * brightest).max_element();
-        if brightest > BRIGHTEST {
-            let what = format!("the emission is {brightest:e} nit, and {BRIGHTEST:e} is the limit");
-            return Err(Fault::invalid(format!("{}/emissiveFactor", self.at), what));
-        }
+        let mut emission = self.emission(m, &maps)?;
         let unlit = ext.is_some_and(|e| e.others.contains_key("KHR_materials_unlit"));
         if !unlit {
             maps.factors.boundary = self.boundary(m, &maps)?;
@@ -188,6 +180,20 @@ impl Reader<'_, '_> {
             (maps.base_color, maps.emission) = (shown.clone(), shown);
         }
         Ok(Read { name: self.name.clone(), maps, alpha_mode, emission, emission_sides, back_faces, absorption, unlit })
+    }
+
+    /// Radiance where the texture is white.
+    fn emission(&mut self, m: &Source, maps: &Maps) -> Result<Rgb, Fault> {
+        let strength = m.extensions.as_ref().and_then(|e| e.emissive_strength.as_ref());
+        let emission = Rgb::from_array(m.emissive_factor.0) * strength.map_or(1.0, |e| e.emissive_strength.0);
+        let emission = self.color("emissiveFactor", emission, f32::MAX)?;
+        let brightest = maps.emission.as_ref().map_or(Rgb::ONE, |texture| texture.extremes()[1].truncate().into());
+        let brightest = (emission * brightest).max_element();
+        if brightest > BRIGHTEST {
+            let what = format!("the emission is {brightest:e} nit, and {BRIGHTEST:e} is the limit");
+            return Err(Fault::invalid(format!("{}/emissiveFactor", self.at), what));
+        }
+        Ok(emission)
     }
 
     fn factors(&mut self, m: &Source) -> Result<Parameters, Fault> {

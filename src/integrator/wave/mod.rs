@@ -266,9 +266,9 @@ impl Integrator {
         plain && numbered && most.is_some_and(|most| most <= MOST_SAMPLES)
     }
 
-    /// Of one sample of each of some pixels the part that `sweep` says: walks their subpaths from lights and from the camera, joins and deposits them
-    /// by every strategy of the table, as [`Self::estimate_from_light`] and [`Self::estimate_from_camera`] do path by
-    /// path.
+    /// Of one sample of each of some pixels the part that `sweep` says: walks their subpaths from lights and from the
+    /// camera, joins and deposits them by every strategy of the table, as [`Self::estimate_from_light`] and
+    /// [`Self::estimate_from_camera`] do path by path.
     #[inline(always)]
     pub fn estimate_in_waves<L: Lanes>(
         &self,

@@ -100,7 +100,7 @@ pub struct Walk<L: Lanes> {
     /// The own-side density of its last vertex, and the running sum up to the one before.
     pub pdf_fwd: PdfArea<L::F>,
     pub rivals: RivalSum<L::U>,
-    /// Of a walk from a light, from its second vertex on: see [`Beginning`](crate::path::Beginning).
+    /// Of a walk from a light, from its second vertex on: see [`Beginning`].
     pub next_event_ratio: L::F,
     /// [`DELTA`] and the other flags, and [`flag_of`] its last vertex's place.
     pub flags: L::U,

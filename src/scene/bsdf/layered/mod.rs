@@ -215,7 +215,7 @@ impl Surface {
 }
 
 impl Layered {
-    /// The surface with these parameters, as far as [`record`] keeps them.
+    /// The surface with these parameters, as far as its record keeps them.
     pub fn new(surface: &Surface) -> Self {
         let surface = Surface {
             alpha: surface.alpha.max(LEAST_ALPHA),
