@@ -115,7 +115,7 @@ fn what_cannot_be_read_is_refused_with_a_sentence() {
     let model = folder.join("meshopt/pipeline/meshopt-fallback/meshopt-fallback.gltf");
     let (_copy, file) = changed(&model, |json| json["extensionsRequired"] = serde_json::json!(["EXT_of_nobody"]));
     let error = io::load(&file).map(|_| ()).expect_err("refused").to_string();
-    let sentence = "“EXT_of_nobody” is not supported (--ignore-required renders the file without)";
+    let sentence = "the required extension “EXT_of_nobody” is not supported; export it without that";
     assert!(error.contains(sentence), "{error}");
     let output = Command::new(env!("CARGO_BIN_EXE_pathspace")).arg("info").arg(&file).output().expect("pathspace");
     assert_eq!(output.status.code(), Some(3));
