@@ -381,6 +381,18 @@ fn a_lamp_in_the_plane_of_the_ceiling() {
     }
 }
 
+/// So wide that tiles have factors of their own, after those beside them have been added: dark ones and lit ones.
+#[test]
+fn factors_of_the_place_on_the_image() {
+    let sensor = Sensor { width: 200, height: 16, padding: 0 };
+    let scene = scenes::load("cornell-box", sensor);
+    for integrator in [IntegratorKind::Hybrid, IntegratorKind::Bdpt, IntegratorKind::Vcm] {
+        let weights = integrator.description().weights;
+        let settings = Settings { integrator, sampler: SamplerKind::Sobol, weights, ..Settings::new(sensor) };
+        assert_waves_do_not_matter("wide", &scene, &settings);
+    }
+}
+
 #[test]
 fn whatever_the_render_is_asked_for() {
     let filter = Filter::BlackmanHarris;
