@@ -37,7 +37,9 @@ pub(super) fn measured(renderer: &Renderer<'_>) -> VarianceFactors {
     let Sensor { width, height, .. } = renderer.scene.camera.sensor();
     let [columns, rows] = [width, height].map(|side| side.div_ceil(VarianceFactors::SIDE));
     let single = MEASURED.map(|strategy| {
-        let measured = renderer.integrator.techniques().multiplicity(strategy) > 0;
+        // Hits keep v = 1: where a mirror shows a lamp they are free of noise, and beside it on a wall the rarest of
+        // all, so that a tile's factor for both would leave the wall to chance.
+        let measured = strategy.s == 1 && renderer.integrator.techniques().multiplicity(strategy) > 0;
         measured.then(|| renderer.integrator.clone().only(strategy, Weighting::Unweighted))
     });
     let moments: Vec<_> = (0..rows * columns)
