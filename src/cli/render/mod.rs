@@ -27,6 +27,7 @@ use crate::cli::{
     },
     shared::{
         camera,
+        choice::{Chosen, Task},
         exit::{Exit, Failure},
         header::{self, Job},
         image::{DEFAULT_SPP, DEFAULT_WIDTH, check_light_samples, check_light_subpaths},
@@ -52,8 +53,7 @@ const ALPHA_BYTES_PER_PIXEL: u64 = 12;
 pub fn run(args: &RenderArgs) -> Result<Exit, Failure> {
     let terminal = Terminal::new(args.verbosity.verbosity());
     let interrupt = Interrupt::watch().map_err(|error| Failure::usage(format!("cannot watch for signals: {error}")))?;
-    let only = args.image.only()?;
-    args.image.refuse_needless()?;
+    let candidates = args.image.candidates()?;
     let outputs = outputs(args)?;
     check_places(args, &outputs)?;
     let pool = args.image.paths.thread_pool()?;
@@ -62,7 +62,9 @@ pub fn run(args: &RenderArgs) -> Result<Exit, Failure> {
     let mut opened = Opened::read(&args.scene, terminal)?;
     phases.end("read");
     let sensor = camera::sensor(&args.image.size, DEFAULT_WIDTH, args.image.filter.padding(), &opened.view);
-    let settings = args.image.settings(crop(args, sensor)?, only);
+    let crop = crop(args, sensor)?;
+    // What is checked here is the same for all candidates.
+    let settings = args.image.settings(candidates[0], crop)?;
     let of_image = check_memory(args, &settings)?;
     check_light_subpaths(&settings)?;
     if let (None, Some(samples)) = (args.scene.build, announced(args, sensor)) {
@@ -71,10 +73,14 @@ pub fn run(args: &RenderArgs) -> Result<Exit, Failure> {
     let (view, scene_hash) = (opened.view.clone(), opened.loaded.hash.clone());
     let (shown, variant) = (opened.shown, opened.loaded.summary.variant);
     let (scene, environment) = opened.into_scene(&args.scene, sensor, terminal)?;
-    let lights = args.image.paths.lights.unwrap_or_else(|| args.image.integrator.choice_among(scene.lights()));
-    let scene = scene.choosing_lights(lights);
+    let lights = args.image.paths.lights.unwrap_or_else(|| candidates[0].choice_among(scene.lights()));
+    let mut scene = scene.choosing_lights(lights);
     check_light_samples(&scene, &settings)?;
     let kept = args.image.kept(&scene)?;
+    let kept_classes = kept.as_ref().map(|(_, kept)| kept);
+    let task = Task { image: &args.image, candidates: &candidates, crop, scene_hash: &scene_hash, kept: kept_classes };
+    let Chosen { settings, reason, estimates } = pool.install(|| task.choose(&mut scene, terminal))?;
+    phases.end("choose");
     let keep = |path: &JoinedPath| kept.as_ref().is_none_or(|(_, kept)| kept.holds(&scene, path));
     let (paths, camera) = (kept.as_ref().map(|(text, _)| text.clone()), &view);
     let merging = settings.integrator.merges().then(|| MergeRadius::of(&scene, settings.merge_radius));
@@ -85,8 +91,8 @@ pub fn run(args: &RenderArgs) -> Result<Exit, Failure> {
     let Wanted { passes, goal, whole } = wanted(args);
     let renderer = pool.install(|| Renderer::new(&scene, &settings));
     phases.end("build");
-    args.image.check_light_vertices(renderer.integrator(), &scene, of_image)?;
-    let recorded = recorded(args, &job, &scene);
+    args.image.check_light_vertices((settings.integrator, renderer.integrator()), &scene, of_image)?;
+    let recorded = recorded(args, &job, &scene, reason);
     let layers =
         args.layers.choose(&args.image.size, args.data.memory(renderer.film().crop().pixels()), &scene, &renderer)?;
     let renderer = if layers.is_empty() { renderer } else { renderer.with_layers(&layers) };
@@ -106,7 +112,8 @@ pub fn run(args: &RenderArgs) -> Result<Exit, Failure> {
     pass_loop::summarise(&renderer, &ended.moment, terminal);
     let black = Black { scene: &scene, settings: &settings, kept: job.paths.as_deref() }.why(&renderer);
     let (job, recorded, outputs, renderer, keeper) = (&job, &recorded, &outputs, &renderer, &keeper);
-    let rendered = Rendered { args, job, recorded, whole, outputs, renderer, ended, black, keeper, pool: &pool };
+    let (pool, estimates) = (&pool, &estimates);
+    let rendered = Rendered { args, job, estimates, recorded, whole, outputs, renderer, ended, black, keeper, pool };
     rendered.finish(&progress, phases, terminal)
 }
 
@@ -121,7 +128,7 @@ fn check_places(args: &RenderArgs, outputs: &Outputs) -> Result<(), Failure> {
 /// The image's name in a viewer.
 fn shown_as(args: &RenderArgs) -> String {
     let scene = args.scene.file.file_stem().unwrap_or_default().to_string_lossy();
-    format!("{scene}, {} (pathspace)", args.image.integrator)
+    format!("{scene}, {} (pathspace)", args.image.integrator.name())
 }
 
 /// The first object of `--progress json`.
@@ -178,7 +185,7 @@ fn outputs(args: &RenderArgs) -> Result<Outputs, Failure> {
         return Ok(outputs);
     }
     let stem = args.scene.file.file_stem().unwrap_or("pathspace".as_ref());
-    let integrator = args.image.integrator;
+    let integrator = args.image.integrator.name();
     let ends = match args.part.shard {
         Some(Shard { index, count }) => vec![format!("-{integrator}-{index}-of-{count}.exr")],
         None => [".exr", ".png"].map(|extension| format!("-{integrator}{extension}")).to_vec(),
@@ -218,8 +225,11 @@ fn check_memory(args: &RenderArgs, settings: &Settings) -> Result<u64, Failure> 
 }
 
 /// What the image's header says whatever the number of samples.
-fn recorded(args: &RenderArgs, job: &Job<'_>, scene: &Scene) -> BTreeMap<String, String> {
+fn recorded(args: &RenderArgs, job: &Job<'_>, scene: &Scene, reason: Option<String>) -> BTreeMap<String, String> {
     let mut recorded = header::settings(job);
+    if let Some(reason) = reason {
+        recorded.insert("choice".to_owned(), format!("auto: {reason}"));
+    }
     if scene.culls_back_faces() {
         recorded.insert("back-faces".to_owned(), "culled for the camera".to_owned());
     }

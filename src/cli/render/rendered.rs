@@ -3,6 +3,7 @@
 use std::{collections::BTreeMap, path::Path};
 
 use pathspace::{
+    choice::Estimate,
     film::{Exposure, Header},
     render::Renderer,
 };
@@ -32,6 +33,8 @@ use crate::cli::{
 pub struct Rendered<'a> {
     pub args: &'a RenderArgs,
     pub job: &'a Job<'a>,
+    /// Of a pilot that has chosen the integrator.
+    pub estimates: &'a [Estimate],
     /// What the header says whatever the number of samples.
     pub recorded: &'a BTreeMap<String, String>,
     /// How many passes there are in the whole image, if that is known.
@@ -125,9 +128,9 @@ impl Rendered<'_> {
     /// Writes the file of `--stats`, if there is to be one.
     fn write_statistics(&self, phases: &Phases) -> Result<(), Failure> {
         let Some(path) = &self.args.stats else { return Ok(()) };
-        let Self { job, renderer, ended, keeper, pool, .. } = self;
+        let Self { job, estimates, renderer, ended, keeper, pool, .. } = self;
         let (black, threads) = (self.black.as_deref(), pool.current_num_threads());
-        Stats { job, renderer, ended, black, keeper, phases, threads }.write(path)
+        Stats { job, estimates, renderer, ended, black, keeper, phases, threads }.write(path)
     }
 
     /// What was written, and how an interrupted render goes on.

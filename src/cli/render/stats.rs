@@ -7,6 +7,7 @@ use std::{
 };
 
 use pathspace::{
+    choice::Estimate,
     film::{AlphaSums, Film, check_writable, write_atomically},
     render::Renderer,
 };
@@ -14,7 +15,7 @@ use serde_json::{Map, Value, json};
 
 use crate::cli::{
     render::{keep::Keeper, pass_loop::Ended},
-    shared::{exit::Failure, header::Job, pictures::Outputs},
+    shared::{choice::described, exit::Failure, header::Job, pictures::Outputs},
 };
 
 /// Raised when a key changes its meaning or goes; new keys may come at any time.
@@ -54,6 +55,8 @@ impl Phases {
 /// All that is known at the end of a render.
 pub struct Stats<'a> {
     pub job: &'a Job<'a>,
+    /// Of a pilot that has chosen the integrator.
+    pub estimates: &'a [Estimate],
     pub renderer: &'a Renderer<'a>,
     pub ended: &'a Ended,
     /// Why the image is black, if it is.
@@ -70,7 +73,7 @@ impl Stats<'_> {
     }
 
     fn json(&self) -> Value {
-        let Self { job, renderer, ended, black, keeper, phases, threads } = self;
+        let Self { job, estimates, renderer, ended, black, keeper, phases, threads } = self;
         let (statistics, sums) = (renderer.statistics(), renderer.sums());
         let (rays, errors, crop) = (statistics.rays, sums.errors(), sums.film.crop());
         let rejected: Map<_, _> =
@@ -92,6 +95,7 @@ impl Stats<'_> {
             "height": job.sensor.height,
             "pixels": crop.pixels(),
             "integrator": job.settings.integrator.name(),
+            "choice": described(estimates),
             "threads": threads,
             "spp": renderer.passes(),
             "resumed_spp": ended.moment.resumed,
