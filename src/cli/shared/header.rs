@@ -10,7 +10,7 @@ use pathspace::{
     path::{Roulette, Strategy},
     render::{Background, MergeRadius, Settings},
     sampling::Filter,
-    scene::{bsdf::Directions, camera::Sensor, light::LightChoice},
+    scene::{Scene, bsdf::Directions, camera::Sensor, light::LightChoice},
 };
 
 use crate::cli::shared::passes::Passes;
@@ -20,6 +20,7 @@ const INSTRUCTIONS: &str = "scalar";
 
 /// What was rendered.
 pub struct Job<'a> {
+    pub scene: &'a Scene,
     pub scene_hash: String,
     /// Which scene of a file with several.
     pub shown: Option<usize>,

@@ -1,0 +1,70 @@
+"""The program that the package installs has the binary's exit codes and signals."""
+
+from __future__ import annotations
+
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+from conftest import SCENES, run, wheel_program
+
+CORNELL = str(SCENES / "cornell-spheres.glb")
+
+
+@pytest.mark.parametrize(
+    ("words", "code", "said"),
+    [
+        (["--version"], 0, "pathspace "),
+        (["render", "--help"], 0, "--spp <N>"),
+        (["info", CORNELL], 0, "triangles"),
+        (["paint"], 2, "unrecognized subcommand 'paint'"),
+        (["render", CORNELL, "--spp", "none"], 2, "invalid value 'none'"),
+        (["render", "missing.glb"], 3, "missing.glb"),
+        (["render", CORNELL, "--spp=1", "--width=8", "-o", "missing/image.exr"], 4, "missing"),
+    ],
+)
+def test_exit_codes(words: list[str], code: int, said: str, tmp_path: Path) -> None:
+    done = run(wheel_program(), *words, cwd=tmp_path)
+    assert done.returncode == code, done
+    assert said in done.stdout + done.stderr
+    module = run([sys.executable, "-m", "pathspace"], *words, cwd=tmp_path)
+    assert (module.returncode, module.stdout, module.stderr) == (code, done.stdout, done.stderr)
+
+
+def test_a_comparison_that_fails(tmp_path: Path) -> None:
+    for seed in "1", "2":
+        words = ["render", CORNELL, "--spp=1", "--width=8", "--seed", seed, "-o", f"{seed}.exr"]
+        assert run(wheel_program(), *words, cwd=tmp_path).returncode == 0
+    done = run(wheel_program(), "compare", "1.exr", "2.exr", "--fail-above", "mse=1e-9", cwd=tmp_path)
+    assert done.returncode == 1, done
+
+
+@pytest.mark.parametrize(("number", "code"), [(signal.SIGINT, 130), (signal.SIGTERM, 143)])
+def test_signals_finish_the_pass_and_keep_it(number: signal.Signals, code: int, tmp_path: Path) -> None:
+    words = ["render", CORNELL, "--time=60s", "--width=64", "-o", "image.exr", "--progress=plain"]
+    process = subprocess.Popen([*wheel_program(), *words], cwd=tmp_path, stderr=subprocess.PIPE, text=True)
+    assert process.stderr is not None
+    while "spp" not in process.stderr.readline():
+        assert process.poll() is None
+    time.sleep(0.2)
+    process.send_signal(number)
+    _, said = process.communicate(timeout=30)
+    assert process.returncode == code, said
+    assert "Traceback" not in said
+    assert "interrupted; to go on: pathspace render" in said and "--resume image.checkpoint.exr" in said
+    assert (tmp_path / "image.exr").exists() and (tmp_path / "image.checkpoint.exr").exists()
+    # And the command that it says goes on from there.
+    again = run(wheel_program(), *words[:2], "--width=64", "--spp=100000", "--resume", "image.checkpoint.exr",
+                "--crop=0,0,1,1", cwd=tmp_path)
+    assert again.returncode == 3 and "cannot resume" in again.stderr
+
+
+def test_a_reader_that_has_heard_enough(tmp_path: Path) -> None:
+    process = subprocess.Popen([*wheel_program(), "info", CORNELL], stdout=subprocess.PIPE, stderr=subprocess.PIPE)
+    assert process.stdout is not None and process.stderr is not None
+    process.stdout.close()
+    assert process.wait(timeout=30) == 0
+    assert b"Traceback" not in process.stderr.read()
