@@ -9,21 +9,59 @@
 :meth:`Scene.render` are those of the command line, ``pathspace render``, which comes with this package.
 """
 
+from ._build import Camera, Material, Mesh, PointLamp, SpotLamp, Sun
 from ._errors import Error, InputError, OutputError, PathspaceWarning, UsageError
 from ._image import Image
 from ._native import __version__
+from ._paths import TECHNIQUES, Merge, Path, Settings, Technique, Vertex
 from ._progress import Progress
+from ._reports import (
+    Compared,
+    CompareReport,
+    Comparison,
+    Contestant,
+    ConvergeReport,
+    Measured,
+    Snapshot,
+    VerifyReport,
+    compare,
+    converge,
+    verify,
+)
 from ._scene import Scene, load
 
 __all__ = [
+    "TECHNIQUES",
+    "Camera",
+    "CompareReport",
+    "Compared",
+    "Comparison",
+    "Contestant",
+    "ConvergeReport",
     "Error",
     "Image",
     "InputError",
+    "Material",
+    "Measured",
+    "Merge",
+    "Mesh",
     "OutputError",
+    "Path",
     "PathspaceWarning",
+    "PointLamp",
     "Progress",
     "Scene",
+    "Settings",
+    "Snapshot",
+    "SpotLamp",
+    "Sun",
+    "Technique",
     "UsageError",
+    "VerifyReport",
+    "Vertex",
     "__version__",
+    "compare",
+    "converge",
     "load",
+    "verify",
 ]

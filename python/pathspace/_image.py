@@ -127,7 +127,7 @@ class Image:
         else:
             in_notebook = get_ipython() is not None
         if in_notebook:
-            display(Shown(data=png))
+            display(Shown(data=png))  # type: ignore[no-untyped-call, unused-ignore]
             return
         with tempfile.NamedTemporaryFile(prefix="pathspace-", suffix=".png", delete=False) as file:
             file.write(png)

@@ -72,7 +72,7 @@ def _text(name: str, value: object) -> str:
     if isinstance(value, str):
         return value
     if isinstance(value, os.PathLike):
-        return os.fspath(value)
+        return os.fsdecode(value)
     if isinstance(value, (bool, np.bool_)):
         raise TypeError(f"{name} has a value, which is not {value!r}")
     if isinstance(value, (int, np.integer)):

@@ -12,8 +12,10 @@ mod errors;
 mod options;
 mod path;
 mod picture;
+mod pixels;
 mod program;
 mod render;
+mod reports;
 mod scene;
 mod settings;
 mod talk;
@@ -28,11 +30,14 @@ fn _native(m: &Bound<'_, PyModule>) -> PyResult<()> {
     m.add_class::<picture::Picture>()?;
     m.add_class::<settings::Settings>()?;
     m.add_class::<path::Path>()?;
+    m.add_class::<pixels::Pixels>()?;
     m.add_function(wrap_pyfunction!(options::options, m)?)?;
     m.add_function(wrap_pyfunction!(render::render, m)?)?;
     m.add_function(wrap_pyfunction!(settings::prepare, m)?)?;
     m.add_function(wrap_pyfunction!(settings::sample_paths, m)?)?;
     m.add_function(wrap_pyfunction!(by_hand::lay, m)?)?;
+    m.add_function(wrap_pyfunction!(reports::verify, m)?)?;
+    m.add_function(wrap_pyfunction!(reports::converge, m)?)?;
     m.add_function(wrap_pyfunction!(program::main, m)?)?;
     Ok(())
 }

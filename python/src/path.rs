@@ -118,6 +118,7 @@ impl Path {
     }
 
     #[getter]
+    #[pyo3(name = "class_")]
     fn class(&self) -> String {
         self.defined().class().to_string()
     }

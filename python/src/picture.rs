@@ -43,7 +43,8 @@ fn bytes<'py, const N: usize>(py: Python<'py>, numbers: impl Iterator<Item = [u8
     PyByteArray::new(py, &numbers.flatten().collect::<Vec<_>>())
 }
 
-fn colours<'py>(py: Python<'py>, pixels: &[Rgb]) -> Bound<'py, PyByteArray> {
+/// Three numbers a pixel.
+pub fn colours<'py>(py: Python<'py>, pixels: &[Rgb]) -> Bound<'py, PyByteArray> {
     bytes(py, pixels.iter().flat_map(|pixel| pixel.to_array()).map(f32::to_ne_bytes))
 }
 

@@ -24,15 +24,19 @@ pub struct Scene {
 }
 
 impl Scene {
+    /// The words of a command on this scene, of which `words` are the further ones.
+    pub fn command(&self, name: &str, words: &[OsString]) -> Vec<OsString> {
+        [name.into()].into_iter().chain(self.words.iter().chain(words).cloned()).collect()
+    }
+
     /// The options of a render of this scene, of which `words` are the further ones.
     pub fn render_args(&self, words: &[OsString]) -> Result<Box<RenderArgs>, Failure> {
-        render_args(self.words.iter().chain(words))
+        render_args(&self.command("render", words))
     }
 }
 
-fn render_args<'a>(words: impl Iterator<Item = &'a OsString>) -> Result<Box<RenderArgs>, Failure> {
-    let words: Vec<_> = std::iter::once("render".into()).chain(words.cloned()).collect();
-    match parsed(&words)? {
+fn render_args(words: &[OsString]) -> Result<Box<RenderArgs>, Failure> {
+    match parsed(words)? {
         Command::Render(args) => Ok(args),
         _ => unreachable!("the first word is 'render'"),
     }
@@ -44,7 +48,8 @@ impl Scene {
     #[staticmethod]
     fn load(py: Python<'_>, words: Vec<OsString>) -> PyResult<Self> {
         speaking(py, |terminal| {
-            let loaded = opened::load(&render_args(words.iter())?.scene, terminal)?;
+            let command: Vec<_> = [OsString::from("render")].into_iter().chain(words.iter().cloned()).collect();
+            let loaded = opened::load(&render_args(&command)?.scene, terminal)?;
             Ok(Self { words, loaded })
         })
     }

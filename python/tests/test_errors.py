@@ -20,7 +20,7 @@ def sentence(*words: str) -> str:
     done = run(program(), *words)
     assert done.returncode in (2, 3, 4), done
     (line,) = [line for line in done.stderr.splitlines() if line.startswith("error: ")]
-    return line.removeprefix("error: ") if sys.version_info >= (3, 9) else line[7:]
+    return line.removeprefix("error: ")
 
 
 def test_a_missing_file(tmp_path: Path) -> None:
@@ -109,12 +109,12 @@ except KeyboardInterrupt:
 
 def test_ctrl_c_ends_a_render() -> None:
     command = [sys.executable, "-c", RENDERS_LONG, str(SCENES / "cornell-spheres.glb")]
-    process = subprocess.Popen(command, stdout=subprocess.PIPE, text=True)
-    assert process.stdout is not None
-    assert process.stdout.readline() == "ready\n"
-    time.sleep(0.5)
-    start = time.monotonic()
-    process.send_signal(signal.SIGINT)
-    out, _ = process.communicate(timeout=30)
+    with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as process:
+        assert process.stdout is not None
+        assert process.stdout.readline() == "ready\n"
+        time.sleep(0.5)
+        start = time.monotonic()
+        process.send_signal(signal.SIGINT)
+        out, _ = process.communicate(timeout=30)
     assert out.splitlines() == ["interrupted", "(8, 8, 3)"]
     assert process.returncode == 0 and time.monotonic() - start < 10

@@ -72,9 +72,6 @@ def test_arrays_are_what_the_file_holds(cornell: ps.Scene, tmp_path: Path) -> No
     image.save(tmp_path / "image.exr")
     assert image.rgb.shape == (image.height, image.width, 3) == (32, 32, 3)
     assert image.rgb.dtype == np.float32
-    # The library's own reader of .exr files, which knows nothing of how they were made.
-    read = ps.compare(tmp_path / "image.exr", image)
-    assert read.images[0].errors["mse"] == 0.0
 
     # The classes are a partition of the image, and the data channels are the arrays.
     total = sum(layer.astype(np.float64) for layer in image.layers.values())
@@ -100,9 +97,8 @@ def test_what_is_said_of_an_image(cornell: ps.Scene) -> None:
 
 def test_defaults_are_those_of_the_program(cornell: ps.Scene) -> None:
     described = {name: default for name, _, default in _native.options("render")}
-    assert cornell.render(width=8, spp=1).header["integrator"] == described["integrator"]
-    image = cornell.render(crop=(0, 0, 2, 2))
-    assert image.spp == 64 and image.crop == (0, 0, 2, 2)
+    image = cornell.render(width=8)
+    assert image.header["integrator"] == described["integrator"] and image.spp == 64
 
 
 def test_keywords_are_the_options_of_the_program() -> None:

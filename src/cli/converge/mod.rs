@@ -54,7 +54,7 @@ pub struct ConvergeArgs {
         default_value = "path,light,bdpt",
         value_parser = values::comparable()
     )]
-    pub integrators: Vec<IntegratorKind>,
+    integrators: Vec<IntegratorKind>,
 
     #[command(flatten)]
     budget: BudgetArgs,
@@ -81,7 +81,7 @@ pub struct ConvergeArgs {
 pub fn run(args: &ConvergeArgs) -> Result<Exit, Failure> {
     let terminal = Terminal::new(args.verbosity.verbosity());
     let interrupt = Interrupt::watch().map_err(|error| Failure::usage(format!("cannot watch for signals: {error}")))?;
-    check_distinct(&args.integrators)?;
+    refuse(args)?;
     let title = args.scene.file.file_stem().unwrap_or("pathspace".as_ref()).to_string_lossy().into_owned();
     let files = files(args, &title)?;
     let pool = args.paths.thread_pool()?;
@@ -122,6 +122,11 @@ pub fn run(args: &ConvergeArgs) -> Result<Exit, Failure> {
         }
         None => Ok(Exit::Done),
     }
+}
+
+/// Refuses what contradicts itself.
+pub fn refuse(args: &ConvergeArgs) -> Result<(), Failure> {
+    check_distinct(&args.integrators)
 }
 
 /// The scene, and what the page says of it.
