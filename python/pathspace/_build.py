@@ -177,7 +177,8 @@ class _File:
         return self._append("accessors", {**accessor, "count": count, **more})
 
     def add_mesh(self, name: str, mesh: Mesh) -> None:
-        positions = array(f"{name}: positions", mesh.positions, (None, 3)).astype("<f4")
+        with np.errstate(over="ignore"):
+            positions = array(f"{name}: positions", mesh.positions, (None, 3)).astype("<f4")
         if len(positions) == 0 or not np.isfinite(positions).all():
             raise UsageError(f"{name}: positions has no vertices, or some beyond what 32-bit floats hold")
         triangles = np.arange(len(positions)) if mesh.triangles is None else np.asarray(mesh.triangles)

@@ -15,10 +15,10 @@ use pyo3::prelude::*;
 use crate::{
     cli::{
         Command,
-        converge::{self, Seen, page},
+        converge::{self as converging, Seen, page},
         info,
         shared::{exit::Failure, listening::listening, opened::Opened},
-        verify::{self, json},
+        verify::{self as verifying, json},
     },
     options::parsed,
     scene::Scene,
@@ -64,14 +64,14 @@ pub fn verify(py: Python<'_>, scene: &Scene, words: Vec<OsString>, progress: Opt
         let Command::Verify(args) = parsed(&scene.command("verify", &words))? else {
             unreachable!("the first word is 'verify'")
         };
-        let plan = verify::plan(&args)?;
+        let plan = verifying::plan(&args)?;
         let pool = args.paths.thread_pool()?;
         let opened = Opened::new(scene.loaded.clone(), &args.scene, terminal)?;
-        let (job, seen) = verify::prepared(&args, plan, opened, terminal)?;
+        let (job, seen) = verifying::prepared(&args, plan, opened, terminal)?;
         let hear = |part| ear.hear(part, "comparing");
         let report = listening(&pool, |say| judge(&seen, &job.plan, say), hear);
         let answer = json::describe(&job, &report);
-        let files = verify::files(&job, &report, &answer);
+        let files = verifying::files(&job, &report, &answer);
         let files = files.map_err(|error| Failure::output(format!("cannot encode the files: {error}")))?;
         Ok((answer.to_string(), files))
     });
@@ -98,12 +98,13 @@ pub fn converge(
         let Command::Converge(args) = parsed(&scene.command("converge", &words))? else {
             unreachable!("the first word is 'converge'")
         };
-        converge::refuse(&args)?;
+        converging::refuse(&args)?;
         let pool = args.paths.thread_pool()?;
-        let given = converge::given(&args)?;
+        let given = converging::given(&args)?;
         let opened = Opened::new(scene.loaded.clone(), &args.scene, terminal)?;
-        let Seen { scene, scene_hash, environment, lights } = converge::seen(&args, given.as_ref(), opened, terminal)?;
-        let plan = converge::plan(&args);
+        let Seen { scene, scene_hash, environment, lights } =
+            converging::seen(&args, given.as_ref(), opened, terminal)?;
+        let plan = converging::plan(&args);
         let hear = |stage: Stage| ear.hear(stage.part, stage.what);
         let report = listening(&pool, |say| measure(&scene, &plan, given, say), hear);
         let report = report.map_err(|error| Failure::usage(error.to_string()))?;

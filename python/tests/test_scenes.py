@@ -55,17 +55,24 @@ def test_materials_are_what_they_say() -> None:
     assert scene.materials == ["mirror"] and scene.triangles == 1 and scene.cameras == ["camera"]
     image = scene.render(width=8, spp=1, env_color=1.0, layers="classes")
     np.testing.assert_allclose(image.rgb[4, 4], (0.9, 0.5, 0.1), rtol=1e-3)
-    glass = ps.Material(1.0, transmission=1.0, roughness=0.0, ior=1.5, volume=True)
-    ball = ps.Scene([ps.Mesh(1000 * TRIANGLE, material=glass)], camera=ps.Camera((0, 2, 0.001), (0, 0, 0)))
-    np.testing.assert_allclose(ball.render(width=8, spp=1, env_color=1.0).rgb.mean(), 1.0, atol=0.05)
+    # What the reader says of the file is said of the arrays.
+    glass = ps.Material(1.0, transmission=1.0, roughness=0.0, ior=1.5, volume=True, name="glass")
+    with pytest.warns(ps.PathspaceWarning, match="“glass”.*is not closed"):
+        ps.Scene([ps.Mesh(TRIANGLE, material=glass)])
 
 
 def test_shading_normals_count() -> None:
-    tilted = np.tile([[math.sin(0.5), math.cos(0.5), 0.0]], (3, 1))
-    floor = ps.Mesh(1000 * TRIANGLE, [[0, 1, 2]], ps.Material(0.5, specular=0.0), normals=2 * tilted)
     camera = ps.Camera((0, 1, 0), (0, 0, 0), up=(0, 0, -1), yfov=0.5)
-    image = ps.Scene([floor], lamps=[ps.Sun((0, -1, 0), 1.0)], camera=camera).render(width=8, spp=2, integrator="path")
-    np.testing.assert_allclose(image.rgb.mean(), 0.5 / math.pi * math.cos(0.5), rtol=1e-2)
+
+    def brightness(normal: object) -> float:
+        normals = None if normal is None else np.tile(normal, (3, 1))  # type: ignore[arg-type]
+        floor = ps.Mesh(1000 * TRIANGLE, [[0, 1, 2]], ps.Material(0.5, specular=0.0), normals=normals)
+        scene = ps.Scene([floor], lamps=[ps.Sun((-1, -1, 0), 1.0)], camera=camera)
+        return float(scene.render(width=8, spp=2, integrator="path").rgb.mean())
+
+    assert brightness((0, 7, 0)) == pytest.approx(brightness(None), rel=1e-5)
+    # Towards the sun and away from it.
+    assert brightness((0.3, 1, 0)) > brightness(None) > brightness((-0.3, 1, 0))
 
 
 def test_the_file_renders_alike_by_the_program(tmp_path: Path) -> None:
@@ -99,7 +106,6 @@ def test_the_file_renders_alike_by_the_program(tmp_path: Path) -> None:
         ({"positions": TRIANGLE, "material": ps.Material((1, 2))}, ps.UsageError, "base_color has the shape"),
         ({"positions": TRIANGLE, "material": ps.Material(emission=-1.0)}, ps.UsageError, "emission has negative"),
         ({"positions": TRIANGLE, "material": ps.Material(roughness=math.nan)}, ps.UsageError, "not finite"),
-        ({"positions": TRIANGLE, "material": ps.Material(ior=0.5)}, ps.InputError, "ior"),
         ({"positions": TRIANGLE, "material": "glass"}, TypeError, "its material is a Material"),
     ],
 )
