@@ -78,7 +78,8 @@ class VerifyReport(_Dict):
 
     #: "agree", "disagree" or "undecided".
     outcome: str
-    summary: str
+    #: The answer in sentences.
+    summary: Sequence[str]
     integrators: Sequence[Contestant]
     comparisons: Sequence[Comparison]
     #: Everything, as ``pathspace verify --json`` prints it (docs/verify.md).
