@@ -183,7 +183,7 @@ class _File:
             raise UsageError(f"{name}: positions has no vertices, or some beyond what 32-bit floats hold")
         triangles = np.arange(len(positions)) if mesh.triangles is None else np.asarray(mesh.triangles)
         if mesh.triangles is None and len(positions) % 3 != 0:
-            raise UsageError(f"{name}: positions has {len(positions)} vertices, which are no triples of a triangle each")
+            raise UsageError(f"{name}: positions has {len(positions)} vertices, not three for each triangle")
         if mesh.triangles is not None:
             if triangles.dtype.kind not in "iu":
                 raise TypeError(f"{name}: triangles are integers, not {triangles.dtype}")
@@ -232,12 +232,13 @@ class _File:
 
     def add_lamp(self, name: str, lamp: Lamp) -> None:
         node: dict[str, Any] = {"name": name}
+        light: dict[str, Any]
         if isinstance(lamp, Sun):
             color, light = _color(f"{name}: irradiance", lamp.irradiance), {"type": "directional"}
         elif isinstance(lamp, SpotLamp):
             color = _color(f"{name}: intensity", lamp.intensity)
-            cone = {"innerConeAngle": np.radians(lamp.inner), "outerConeAngle": np.radians(lamp.outer)}
-            light = {"type": "spot", "spot": {key: float(angle) for key, angle in cone.items()}}  # type: ignore[dict-item]
+            inner, outer = (float(np.radians(angle)) for angle in (lamp.inner, lamp.outer))
+            light = {"type": "spot", "spot": {"innerConeAngle": inner, "outerConeAngle": outer}}
         elif isinstance(lamp, PointLamp):
             color, light = _color(f"{name}: intensity", lamp.intensity), {"type": "point"}
         else:

@@ -180,7 +180,8 @@ class Path:
         its own rule but plain weights), or by default the render that found the path, or that it was laid for; over
         the techniques they sum to 1 if any of them can find the path.
         """
-        rows = self._native.techniques(None if settings is None and self.value is not None else self._prepared(settings))
+        is_found = settings is None and self._native.found is not None
+        rows = self._native.techniques(None if is_found else self._prepared(settings))
         none = float("nan")
         return np.array([(*row[:5], none if row[5] is None else row[5], *row[6:]) for row in rows], TECHNIQUES)
 

@@ -131,10 +131,10 @@ class Scene:
         return Settings(_native.prepare(self._loaded, given), _view(options))
 
     def paths(
-        self, pixel: tuple[int, int], n: int = 100, *, passes: int = 1 << 16, **options: Unpack[RenderOptions]
+        self, pixel: tuple[int, int], n: int = 100, *, passes: int = 256, **options: Unpack[RenderOptions]
     ) -> list[Path]:
         """The first ``n`` paths that a render with these options brings to a pixel (column, row); fewer if so many
-        ``passes`` have no more. Always the same ones.
+        ``passes`` over the image have no more. Always the same ones.
 
         They come with the weight rule of that render: :meth:`Path.techniques` explains each.
         """

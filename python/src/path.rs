@@ -46,6 +46,9 @@ type Written = (String, u32, u32);
 /// (kind, s, t, n, p, radius, v, w).
 type Row = (&'static str, u32, u32, f64, f64, Option<f32>, f64, f64);
 
+/// (kind, s, t), the value of the fast form, and the survival probability.
+type Finding = ((&'static str, u32, u32), [f32; 3], f32);
+
 /// Kind of event, material, place, N_g, N_s, whether the place is a direction, and α.
 type Described = (String, Option<String>, [f64; 3], [f64; 3], [f64; 3], bool, f32);
 
@@ -186,9 +189,9 @@ impl Path {
         Ok(py.detach(|| self.shares(integrator)).into_iter().map(row).collect())
     }
 
-    /// What found the path: (kind, s, t), the value of the fast form, and the survival probability.
+    /// What found the path.
     #[getter]
-    fn found(&self) -> Option<((&'static str, u32, u32), [f32; 3], f32)> {
+    fn found(&self) -> Option<Finding> {
         self.found.as_ref().map(|found| (written(found.technique), found.value, found.survival))
     }
 }

@@ -29,9 +29,9 @@ def program() -> list[str]:
     return [binary] if binary else wheel_program()
 
 
-def run(command: list[str], *words: str, **options: object) -> subprocess.CompletedProcess[str]:
+def run(command: list[str], *words: str, cwd: Path | None = None) -> subprocess.CompletedProcess[str]:
     """Runs a program to its end, whatever that is."""
-    return subprocess.run([*command, *words], capture_output=True, text=True, timeout=60, **options)  # type: ignore[call-overload,no-any-return]
+    return subprocess.run([*command, *words], capture_output=True, text=True, timeout=60, cwd=cwd)
 
 
 @pytest.fixture(scope="session")

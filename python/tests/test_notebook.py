@@ -14,7 +14,8 @@ EXAMPLES = Path(__file__).resolve().parents[1] / "examples"
 
 @pytest.mark.filterwarnings("ignore")
 def test_the_lecture() -> None:
-    notebook: Any = nbformat.read(EXAMPLES / "lecture.ipynb", as_version=4)
+    read: Any = nbformat.read
+    notebook = read(EXAMPLES / "lecture.ipynb", as_version=4)
     # The figures are made anew by whoever runs it.
     assert not any(cell.get("outputs") for cell in notebook.cells)
     NotebookClient(notebook, timeout=60, resources={"metadata": {"path": str(EXAMPLES)}}).execute()

@@ -13,7 +13,7 @@ from conftest import SCENES, program, run
 import pathspace as ps
 
 # Diffuse and specular, with merges; glossy under lamps without extent; and a map around instances.
-SAMPLED = [
+SAMPLED: list[tuple[str, dict[str, Any]]] = [
     ("cornell-spheres", {"integrator": "vcm"}),
     ("mis-plates", {"integrator": "bdpt"}),
     ("outdoor", {"integrator": "bdpt", "env": SCENES / "outdoor-sky.hdr"}),
@@ -21,14 +21,14 @@ SAMPLED = [
 PATHS = 10_000
 
 
-def sampled(name: str, options: dict[str, object], n: int) -> list[ps.Path]:
+def sampled(name: str, options: dict[str, Any], n: int) -> list[ps.Path]:
     """Random paths of a scene, from pixels all over a small image."""
     scene = ps.load(SCENES / f"{name}.glb")
     side, paths = 4, []
-    height = scene.prepare(width=side, **options).size[1]  # type: ignore[arg-type]
+    height = scene.prepare(width=side, **options).size[1]
     pixels = [(x, y) for y in range(height) for x in range(side)]
     for pixel in pixels:
-        paths += scene.paths(pixel, math.ceil(n / len(pixels)), passes=2000, width=side, **options)  # type: ignore[arg-type]
+        paths += scene.paths(pixel, math.ceil(n / len(pixels)), passes=2000, width=side, **options)
     return paths
 
 
@@ -52,7 +52,7 @@ def geometry_term(path: ps.Path, i: int) -> float:
 
 
 @pytest.mark.parametrize(("name", "options"), SAMPLED)
-def test_random_paths_are_the_definitions(name: str, options: dict[str, object]) -> None:
+def test_random_paths_are_the_definitions(name: str, options: dict[str, Any]) -> None:
     paths = sampled(name, options, PATHS)
     assert len(paths) >= 0.9 * PATHS
     kinds, off = set(), 0
@@ -79,11 +79,11 @@ def test_random_paths_are_the_definitions(name: str, options: dict[str, object])
             assert path.geometry_term(i) == pytest.approx(geometry_term(path, i), rel=1e-4)
 
 
-def row(path: ps.Path, table: np.ndarray) -> np.void:  # type: ignore[type-arg]
+def row(path: ps.Path, table: Any) -> Any:
     """The row of the technique that has found a path."""
     kind, t = kind_and_t(path)
     (own,) = table[(table["kind"] == kind) & (table["t"] == t)]
-    return own  # type: ignore[no-any-return]
+    return own
 
 
 def kind_and_t(path: ps.Path) -> tuple[str, int]:
@@ -109,7 +109,7 @@ def test_the_program_says_the_same_of_every_path(name: str) -> None:
     assert len(paths) == len(traced)
 
     def key(raster: Any, value: Any, found: tuple[str, int], merged: Any) -> tuple[object, ...]:
-        return (*np.float32(np.concatenate([raster, value])).tolist(), *found, *merged)
+        return (*np.concatenate([raster, value]).astype(np.float32).tolist(), *found, *merged)
 
     def place_of_merge(path: ps.Path) -> Any:
         return () if path.merged is None else path.merged[1]
@@ -189,7 +189,8 @@ def test_a_path_to_a_lamp_without_extent_and_one_in_shadow() -> None:
     hidden = ps.Mesh([(-4, 1, -4), (0, 1, 4), (4, 1, -4)], material=ps.Material(0.5))
     camera = ps.Camera((0, 3, 6), (0, 0, 0))
     floor = ps.Mesh([(-4, 0, -4), (0, 0, 4), (4, 0, -4)])
-    shadowed = ps.Scene([floor, hidden], lamps=[ps.PointLamp((0, 2, 0), 1.0)], camera=camera).path([(0, 0, 0), (0, 2, 0)])
+    scene = ps.Scene([floor, hidden], lamps=[ps.PointLamp((0, 2, 0), 1.0)], camera=camera)
+    shadowed = scene.path([(0, 0, 0), (0, 2, 0)])
     assert shadowed.visibility[1] == 0.0 and not shadowed.contribution().any()
 
 

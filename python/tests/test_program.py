@@ -66,8 +66,9 @@ def test_signals_finish_the_pass_and_keep_it(number: signal.Signals, code: int, 
     assert again.returncode == 0, again.stderr
 
 
-def test_a_reader_that_has_heard_enough(tmp_path: Path) -> None:
-    with subprocess.Popen([*wheel_program(), "info", CORNELL], stdout=subprocess.PIPE, stderr=subprocess.PIPE) as process:
+def test_a_reader_that_has_heard_enough() -> None:
+    command = [*wheel_program(), "info", CORNELL]
+    with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE) as process:
         assert process.stdout is not None and process.stderr is not None
         process.stdout.close()
         said = process.stderr.read()

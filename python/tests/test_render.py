@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import threading
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -14,24 +15,23 @@ from pathspace import _native, _options, _words
 
 # Of every kind: sets of layers, expressions, data, alpha, a filter with padding, a crop, a camera and a lens of one's
 # own, a map, a goal by noise, and each integrator.
-RENDERS = [
-    ("cornell-spheres", {}, []),
-    ("cornell-spheres", {"integrator": "path", "seed": 7, "filter": "blackman-harris"}, None),
-    ("caustic-sphere", {"integrator": "vcm", "spp": 3}, None),
-    ("mis-plates", {"integrator": "light", "clamp": 2.5, "max_depth": 3}, None),
-    ("veach-room", {"integrator": "hybrid", "crop": (3, 4, 20, 11), "transparent": True}, None),
+RENDERS: list[tuple[str, dict[str, Any]]] = [
+    ("cornell-spheres", {}),
+    ("cornell-spheres", {"integrator": "path", "seed": 7, "filter": "blackman-harris"}),
+    ("caustic-sphere", {"integrator": "vcm", "spp": 3}),
+    ("mis-plates", {"integrator": "light", "clamp": 2.5, "max_depth": 3}),
+    ("veach-room", {"integrator": "hybrid", "crop": (3, 4, 20, 11), "transparent": True}),
     (
         "caustic-ring",
         {"layers": ["classes", "strategies"], "layer": {"caustics": "C.*[DG]S+L"}, "data": ["halves", "ids", "depth"]},
-        None,
     ),
-    ("outdoor", {"env": SCENES / "outdoor-sky.hdr", "env_rotate": 40, "integrator": "path-light"}, None),
-    ("gem", {"look_at": (0.0, 1.0, 3.0, 0.0, 0.2, 0.0), "aperture": 0.05, "data": "albedo,variance"}, None),
-    ("furnace", {"noise": "50%", "spp": 32, "sampler": "independent"}, None),
+    ("outdoor", {"env": SCENES / "outdoor-sky.hdr", "env_rotate": 40, "integrator": "path-light"}),
+    ("gem", {"look_at": (0.0, 1.0, 3.0, 0.0, 0.2, 0.0), "aperture": 0.05, "data": "albedo,variance"}),
+    ("furnace", {"noise": "50%", "spp": 32, "sampler": "independent"}),
 ]
 
 
-def as_words(options: dict[str, object]) -> list[str]:
+def as_words(options: dict[str, Any]) -> list[str]:
     """The options as a person types them: written here once more, so as not to ask the package."""
     words = []
     for name, value in options.items():
@@ -48,18 +48,15 @@ def as_words(options: dict[str, object]) -> list[str]:
 
 
 @pytest.mark.filterwarnings("ignore::pathspace.PathspaceWarning")
-@pytest.mark.parametrize(("name", "options", "_"), RENDERS)
-def test_files_are_those_of_the_program_to_the_byte(
-    name: str, options: dict[str, object], _: object, tmp_path: Path
-) -> None:
-    size = {"width": 40, "spp": 4}
-    options = {**size, **options}
+@pytest.mark.parametrize(("name", "options"), RENDERS)
+def test_files_are_those_of_the_program_to_the_byte(name: str, options: dict[str, Any], tmp_path: Path) -> None:
+    options = {"width": 40, "spp": 4, **options}
     exr, png = tmp_path / "program.exr", tmp_path / "program.png"
     scene = SCENES / f"{name}.glb"
     done = run(program(), "render", str(scene), *as_words(options), "-o", str(exr), "-o", str(png))
     assert done.returncode == 0, done.stderr
 
-    image = ps.load(scene).render(**options)  # type: ignore[arg-type]
+    image = ps.load(scene).render(**options)
     for path in exr, png:
         mine = tmp_path / ("package" + path.suffix)
         image.save(mine)

@@ -64,8 +64,8 @@ def test_materials_are_what_they_say() -> None:
 def test_shading_normals_count() -> None:
     camera = ps.Camera((0, 1, 0), (0, 0, 0), up=(0, 0, -1), yfov=0.5)
 
-    def brightness(normal: object) -> float:
-        normals = None if normal is None else np.tile(normal, (3, 1))  # type: ignore[arg-type]
+    def brightness(normal: tuple[float, float, float] | None) -> float:
+        normals = None if normal is None else np.tile(normal, (3, 1))
         floor = ps.Mesh(1000 * TRIANGLE, [[0, 1, 2]], ps.Material(0.5, specular=0.0), normals=normals)
         scene = ps.Scene([floor], lamps=[ps.Sun((-1, -1, 0), 1.0)], camera=camera)
         return float(scene.render(width=8, spp=2, integrator="path").rgb.mean())
