@@ -2,8 +2,8 @@
 
 mod cli;
 
-use std::process::ExitCode;
+use std::{env, process::ExitCode};
 
 fn main() -> ExitCode {
-    cli::run().into()
+    cli::run(env::args_os().collect()).into()
 }

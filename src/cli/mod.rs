@@ -1,18 +1,21 @@
 //! The command line: options in, images and exit codes out.
+//!
+//! Two crates compile these modules: the program, and the Python package in `python/`, which renders by the same
+//! options and carries the program.
 
 mod compare;
-mod converge;
-mod info;
+pub mod converge;
+pub mod info;
 mod merge;
-mod render;
-mod shared;
+pub mod render;
+pub mod shared;
 mod trace;
-mod verify;
+pub mod verify;
 
 use std::{
-    env,
+    ffi::OsString,
     panic::{self, PanicHookInfo},
-    sync::Once,
+    sync::{Once, OnceLock},
 };
 
 use clap::{Parser, Subcommand, error::ErrorKind};
@@ -25,13 +28,13 @@ use self::shared::{
 /// Renders glTF scenes by path, light and bidirectional path tracing over one path-space core.
 #[derive(Debug, Parser)]
 #[command(name = "pathspace", version, after_help = Exit::help(), max_term_width = 100)]
-struct Cli {
+pub struct Cli {
     #[command(subcommand)]
-    command: Command,
+    pub command: Command,
 }
 
 #[derive(Debug, Subcommand)]
-enum Command {
+pub enum Command {
     /// Render a scene to image files
     #[command(after_help = Exit::help())]
     Render(Box<render::args::RenderArgs>),
@@ -55,10 +58,19 @@ enum Command {
     Info(info::InfoArgs),
 }
 
-/// Runs the program with the process's arguments; every error has been said when it returns.
-pub fn run() -> Exit {
+/// The words of the command that is running; where the program is a part of another process, the process has others.
+static WORDS: OnceLock<Vec<OsString>> = OnceLock::new();
+
+/// The program's name and its arguments.
+pub fn words() -> &'static [OsString] {
+    WORDS.get().map_or(&[], Vec::as_slice)
+}
+
+/// Runs the program with these words, its name first; every error has been said when it returns.
+pub fn run(words: Vec<OsString>) -> Exit {
     panic::set_hook(Box::new(ask_for_a_report));
-    guarded(|| match Cli::try_parse_from(env::args_os()) {
+    let words = WORDS.get_or_init(|| words);
+    guarded(|| match Cli::try_parse_from(words) {
         Ok(cli) => match dispatch(&cli.command) {
             Ok(exit) => exit,
             Err(failure) => {
@@ -102,7 +114,7 @@ fn explain_usage(error: &clap::Error) -> Exit {
 }
 
 /// The first paragraph of clap's message, on one line and without its prefix.
-fn one_sentence(message: &str) -> String {
+pub fn one_sentence(message: &str) -> String {
     let paragraph = message.split("\n\n").next().unwrap_or_default();
     let line = paragraph.split_whitespace().collect::<Vec<_>>().join(" ");
     format!("{} (see 'pathspace --help')", line.trim_start_matches("error: "))
@@ -131,6 +143,8 @@ fn ask_for_a_report(panic: &PanicHookInfo<'_>) {
 
 #[cfg(test)]
 mod tests {
+    use std::env;
+
     use clap::CommandFactory;
 
     use super::*;

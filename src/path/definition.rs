@@ -166,8 +166,9 @@ impl<'a> Path<'a> {
         self.density_of_meeting(strategy)
     }
 
-    /// Π_{j≤i} c_j Π_{j≥i} l_j at p_i = p_{t−1}, which both subpaths reach; zero where they cannot meet.
-    pub(crate) fn density_of_meeting(&self, Strategy { t, .. }: Strategy) -> f64 {
+    /// Π_{j≤i} c_j Π_{j≥i} l_j at p_i = p_{t−1}, which both subpaths reach: [`Path::pdf_merged`] of any path, also one
+    /// that has not merged there. Zero where they cannot meet.
+    pub fn density_of_meeting(&self, Strategy { t, .. }: Strategy) -> f64 {
         let (i, n) = (t as usize - 1, self.edges());
         if self.vertices[n].point.light.is_none() || self.vertices[i].is_delta() {
             return 0.0;

@@ -17,7 +17,7 @@ use crate::{
     film::{Crop, Film, Half},
     integrator::{Integrator, IntegratorKind},
     math::{Rgb, luminance},
-    path::{Densities, JoinedPath, Path, Technique},
+    path::{Densities, JoinedPath, Path, Strategy, Technique},
     render::{Collector, MergeRadius, Predicate, Renderer, Settings},
     scene::{Scene, bsdf::ScatterEvent, camera::Raster},
 };
@@ -180,6 +180,15 @@ impl<'a> Tracer<'a> {
         let largest = found.top.into_largest_first().map(explained).collect();
         Trace { value, passes, contributions: found.contributions, sum: found.sum, largest, rejected }
     }
+}
+
+/// The shares of all techniques in a path that arrives at `raster`, by the table of `integrator` alone: first (s,t) by
+/// rising s, then merges. Of area sampling, which shares with nobody, it is the first.
+pub fn shares(path: &Path, raster: Raster, integrator: &Integrator) -> Vec<Share> {
+    let by_area = integrator.techniques().area() > 0;
+    // Of the others, what found the path does not matter.
+    let found = if by_area { Technique::Area } else { Technique::Bidirectional(Strategy { s: 0, t: 0 }) };
+    Tables { own: integrator.clone(), elsewhere: Vec::new(), raster }.shares(path, found)
 }
 
 /// The integrator with the radius that merges have in a pass.

@@ -1,6 +1,6 @@
 //! `pathspace converge`.
 
-mod page;
+pub mod page;
 
 use std::{ops::ControlFlow, path::PathBuf, time::Duration};
 
@@ -9,10 +9,9 @@ use pathspace::{
     film::{Crop, Film, Image, check_writable, write_atomically},
     integrator::IntegratorKind,
     io::{Limits, read_image},
-    scene::{Scene, camera::Sensor},
+    scene::{Scene, camera::Sensor, light::LightChoice},
     verify::Budget,
 };
-use rayon::ThreadPool;
 
 use crate::cli::{
     info,
@@ -22,6 +21,7 @@ use crate::cli::{
         camera,
         exit::{Exit, Failure},
         interrupt::Interrupt,
+        listening::listening,
         opened::Opened,
         progress::{Progress, Step, Style},
         terminal::Terminal,
@@ -38,7 +38,7 @@ const LONGER: u32 = 8;
 #[derive(Debug, clap::Args)]
 pub struct ConvergeArgs {
     #[command(flatten)]
-    scene: SceneArgs,
+    pub scene: SceneArgs,
 
     /// The page to write, .html; all numbers go beside it as .json and .csv [default: SCENE-converge.html in the
     /// working directory]
@@ -61,7 +61,7 @@ pub struct ConvergeArgs {
 
     /// Measure errors against this image, .exr, instead of a long bdpt run
     #[arg(long, value_name = "R")]
-    reference: Option<PathBuf>,
+    pub reference: Option<PathBuf>,
 
     /// Time of that bdpt run [default: 8 times that of an integrator, or 8 times the samples]
     #[arg(long, value_name = "TIME", conflicts_with = "reference", value_parser = values::duration)]
@@ -71,7 +71,7 @@ pub struct ConvergeArgs {
     size: SizeArgs,
 
     #[command(flatten)]
-    paths: PathArgs,
+    pub paths: PathArgs,
 
     #[command(flatten)]
     verbosity: VerbosityArgs,
@@ -81,22 +81,27 @@ pub struct ConvergeArgs {
 pub fn run(args: &ConvergeArgs) -> Result<Exit, Failure> {
     let terminal = Terminal::new(args.verbosity.verbosity());
     let interrupt = Interrupt::watch().map_err(|error| Failure::usage(format!("cannot watch for signals: {error}")))?;
-    check_distinct(&args.integrators)?;
+    refuse(args)?;
     let title = args.scene.file.file_stem().unwrap_or("pathspace".as_ref()).to_string_lossy().into_owned();
     let files = files(args, &title)?;
     let pool = args.paths.thread_pool()?;
     let given = given(args)?;
 
     let opened = Opened::read(&args.scene, terminal)?;
-    let sensor = camera::sensor(&args.size, DEFAULT_WIDTH, 0, &opened.view);
-    check_sizes(args, given.as_ref(), sensor)?;
-    let scene_hash = opened.loaded.hash.clone();
-    let (scene, environment) = opened.into_scene(&args.scene, sensor, terminal)?;
-    let lights = args.paths.lights.unwrap_or_else(|| scene.lights().suitable_choice());
-    let scene = scene.choosing_lights(lights);
-
+    let Seen { scene, scene_hash, environment, lights } = seen(args, given.as_ref(), opened, terminal)?;
     let plan = plan(args);
-    let report = measure(&scene, &plan, given, &pool, &interrupt, terminal)?;
+    let mut progress = Progress::new(Style::Auto, terminal);
+    interrupt.spare(terminal);
+    let hear = |stage| {
+        if progress.is_due() {
+            progress.show(&stage);
+        }
+        if interrupt.asked().is_some() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+    };
+    let report = listening(&pool, |say| converge(&scene, &plan, given, say), hear);
+    interrupt.settle();
+    progress.finish();
+    let report = report.map_err(|error| Failure::usage(error.to_string()))?;
     let facts = page::Facts {
         title,
         command: this_command(),
@@ -119,6 +124,29 @@ pub fn run(args: &ConvergeArgs) -> Result<Exit, Failure> {
     }
 }
 
+/// Refuses what contradicts itself.
+pub fn refuse(args: &ConvergeArgs) -> Result<(), Failure> {
+    check_distinct(&args.integrators)
+}
+
+/// The scene, and what the page says of it.
+pub struct Seen {
+    pub scene: Scene,
+    pub scene_hash: String,
+    pub environment: Option<String>,
+    pub lights: LightChoice,
+}
+
+/// The scene as the options show it.
+pub fn seen(args: &ConvergeArgs, given: Option<&Image>, opened: Opened, terminal: Terminal) -> Result<Seen, Failure> {
+    let sensor = camera::sensor(&args.size, DEFAULT_WIDTH, 0, &opened.view);
+    check_sizes(args, given, sensor)?;
+    let scene_hash = opened.loaded.hash.clone();
+    let (scene, environment) = opened.into_scene(&args.scene, sensor, terminal)?;
+    let lights = args.paths.lights.unwrap_or_else(|| scene.lights().suitable_choice());
+    Ok(Seen { scene: scene.choosing_lights(lights), scene_hash, environment, lights })
+}
+
 /// The page, its JSON and its CSV: places that can be written.
 fn files(args: &ConvergeArgs, title: &str) -> Result<[PathBuf; 3], Failure> {
     let page = args.output.clone().unwrap_or_else(|| format!("{title}-converge.html").into());
@@ -131,7 +159,7 @@ fn files(args: &ConvergeArgs, title: &str) -> Result<[PathBuf; 3], Failure> {
 }
 
 /// The image of `--reference`.
-fn given(args: &ConvergeArgs) -> Result<Option<Image>, Failure> {
+pub fn given(args: &ConvergeArgs) -> Result<Option<Image>, Failure> {
     let image = args.reference.as_ref().map(|path| read_image(&Limits::default(), path)).transpose();
     image.map_err(|error| Failure::input(error.to_string()))
 }
@@ -149,7 +177,8 @@ fn check_sizes(args: &ConvergeArgs, given: Option<&Image>, sensor: Sensor) -> Re
     args.size.check_memory(films * Film::memory(Crop::full(sensor).pixels()), Crop::full(sensor))
 }
 
-fn plan(args: &ConvergeArgs) -> Plan {
+/// What the options ask for.
+pub fn plan(args: &ConvergeArgs) -> Plan {
     let budget = args.budget.budget(DEFAULT_TIME);
     let longer = match budget {
         _ if args.reference.is_some() => budget,
@@ -164,41 +193,6 @@ fn plan(args: &ConvergeArgs) -> Plan {
         budget,
         reference: args.reference_time.map_or(longer, Budget::Time),
     }
-}
-
-/// Carries the plan out on `pool`, until its end or a signal, and shows how far it is.
-fn measure(
-    scene: &Scene,
-    plan: &Plan,
-    given: Option<Image>,
-    pool: &ThreadPool,
-    interrupt: &Interrupt,
-    terminal: Terminal,
-) -> Result<Report, Failure> {
-    let mut progress = Progress::new(Style::Auto, terminal);
-    interrupt.spare(terminal);
-    // The bar stays on this thread, and the pool has others.
-    let (stages, heard) = std::sync::mpsc::channel();
-    let report = std::thread::scope(|scope| {
-        let worker = scope.spawn(|| {
-            let stages = stages;
-            let mut hear = |stage| {
-                // Nobody listening is no reason to stop.
-                stages.send(stage).unwrap_or(());
-                if interrupt.asked().is_some() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
-            };
-            pool.install(|| converge(scene, plan, given, &mut hear))
-        });
-        for stage in heard {
-            if progress.is_due() {
-                progress.show(&stage);
-            }
-        }
-        worker.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic))
-    });
-    interrupt.settle();
-    progress.finish();
-    report.map_err(|error| Failure::usage(error.to_string()))
 }
 
 /// Writes the page, its JSON and its CSV.

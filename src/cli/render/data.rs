@@ -3,6 +3,7 @@
 use clap::ValueEnum;
 use pathspace::{
     film::{Half, Image, Samples},
+    math::Rgb,
     render::{Data, Renderer},
 };
 use std::ops::Index;
@@ -107,9 +108,7 @@ impl DataArgs {
                     channels.three("odd", ["R", "G", "B"], &odd.pixels);
                 }
                 DataSet::Variance => {
-                    let [even, odd] = halves(renderer);
-                    let half_difference = even.pixels.iter().zip(&odd.pixels).map(|(a, b)| 0.5 * (*a - *b));
-                    channels.three("variance", ["R", "G", "B"], &half_difference.map(|d| d * d).collect::<Vec<_>>());
+                    channels.three("variance", ["R", "G", "B"], &variance(&halves(renderer)));
                 }
             }
         }
@@ -135,8 +134,14 @@ impl Channels {
     }
 }
 
+/// The variance of the mean of two halves, per pixel and channel, as far as their difference tells.
+pub fn variance([even, odd]: &[Image; 2]) -> Vec<Rgb> {
+    let half_difference = even.pixels.iter().zip(&odd.pixels).map(|(a, b)| 0.5 * (*a - *b));
+    half_difference.map(|d| d * d).collect()
+}
+
 /// The images of the even and of the odd samples; black where there is none.
-fn halves(renderer: &Renderer<'_>) -> [Image; 2] {
+pub fn halves(renderer: &Renderer<'_>) -> [Image; 2] {
     [Half::Even, Half::Odd].map(|half| {
         let passes = renderer.range().filter(|pass| Half::of_pass(*pass) == half).count();
         renderer.film().half_image(half, passes.max(1) as u32)

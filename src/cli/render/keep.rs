@@ -3,7 +3,6 @@
 use std::{
     cell::Cell,
     collections::BTreeMap,
-    env,
     ffi::{OsStr, OsString},
     path::{Path, PathBuf},
     time::{Duration, Instant},
@@ -16,6 +15,7 @@ use pathspace::{
 };
 
 use crate::cli::{
+    self,
     render::args::PartArgs,
     shared::{exit::Failure, pictures::Outputs, saved, terminal::Terminal},
 };
@@ -115,12 +115,12 @@ impl<'a> Keeper<'a> {
 
 /// The command that goes on from the checkpoint: the same one with `--resume`.
 pub fn resume_command(checkpoint: &Path) -> String {
-    words(env::args_os(), checkpoint).iter().map(|word| quoted(word)).collect::<Vec<_>>().join(" ")
+    words(cli::words().iter().cloned(), checkpoint).iter().map(|word| quoted(word)).collect::<Vec<_>>().join(" ")
 }
 
 /// The command that is running, without the place of the program.
 pub fn this_command() -> String {
-    let options = env::args_os().skip(1).map(|word| quoted(&word));
+    let options = cli::words().iter().skip(1).map(|word| quoted(word));
     std::iter::once("pathspace".to_owned()).chain(options).collect::<Vec<_>>().join(" ")
 }
 

@@ -6,8 +6,8 @@ pub mod data;
 mod foretell;
 pub mod keep;
 pub mod pass_loop;
-mod rendered;
-mod stats;
+pub mod rendered;
+pub mod stats;
 mod viewer;
 
 use std::{collections::BTreeMap, ops::Range, path::PathBuf};
@@ -18,12 +18,19 @@ use pathspace::{
     render::{Background, MergeRadius, Renderer, Settings},
     scene::{Scene, camera::Sensor},
 };
+use rayon::ThreadPool;
 use serde_json::{Value, json};
 
 use crate::cli::{
     render::{
-        args::RenderArgs, black::Black, foretell::foretell, keep::Keeper, pass_loop::Quality, rendered::Rendered,
-        stats::Phases, viewer::Viewer,
+        args::RenderArgs,
+        black::Black,
+        foretell::foretell,
+        keep::Keeper,
+        pass_loop::{Next, Quality, Watch},
+        rendered::Rendered,
+        stats::Phases,
+        viewer::Viewer,
     },
     shared::{
         camera,
@@ -34,7 +41,7 @@ use crate::cli::{
         interrupt::Interrupt,
         opened::Opened,
         pictures::Outputs,
-        progress::{Goal, MOST_PASSES, Progress},
+        progress::{Goal, MOST_PASSES, Moment, Progress},
         saved,
         terminal::Terminal,
         values::Shard,
@@ -53,14 +60,65 @@ const ALPHA_BYTES_PER_PIXEL: u64 = 12;
 pub fn run(args: &RenderArgs) -> Result<Exit, Failure> {
     let terminal = Terminal::new(args.verbosity.verbosity());
     let interrupt = Interrupt::watch().map_err(|error| Failure::usage(format!("cannot watch for signals: {error}")))?;
-    let candidates = args.image.candidates()?;
+    refuse(args)?;
     let outputs = outputs(args)?;
     check_places(args, &outputs)?;
     let pool = args.image.paths.thread_pool()?;
     let mut phases = Phases::start();
 
-    let mut opened = Opened::read(&args.scene, terminal)?;
+    let opened = Opened::read(&args.scene, terminal)?;
     phases.end("read");
+    with_renderer(args, opened, &pool, &mut phases, terminal, |ready, phases| {
+        let Ready { job, recorded, mut renderer } = ready;
+        let Wanted { goal, whole, .. } = wanted(args);
+        let mut keeper = Keeper::new(&args.part, &outputs, job.sensor, recorded, whole);
+        let mut progress = Progress::new(args.progress, terminal);
+        progress.event(|| started(job, &renderer, whole));
+        let quality = args.noise.map(Quality::new);
+        let mut viewer = Viewer::connect(args.display.as_deref(), shown_as(args), terminal);
+        interrupt.spare(terminal);
+        let mut watchers = Watchers {
+            progress: &mut progress,
+            viewer: &mut viewer,
+            keeper: &mut keeper,
+            interrupt: &interrupt,
+            terminal,
+        };
+        let ended = pass_loop::run(&mut renderer, &pool, (goal, quality), &mut watchers);
+        interrupt.settle();
+        progress.finish();
+        viewer.show(&renderer, terminal);
+        pass_loop::summarise(&renderer, &ended.moment, terminal);
+        let black = black(job, &renderer);
+        let (outputs, renderer, keeper) = (&outputs, &renderer, &keeper);
+        let rendered = Rendered { args, job, recorded, whole, outputs, renderer, ended, black, keeper, pool: &pool };
+        rendered.finish(&progress, phases, terminal)
+    })
+}
+
+/// Refuses options that contradict each other, before anything is read.
+pub fn refuse(args: &RenderArgs) -> Result<(), Failure> {
+    args.image.candidates().map(drop)
+}
+
+/// A render before its first pass.
+pub struct Ready<'a> {
+    pub job: &'a Job<'a>,
+    /// What the header says whatever the number of samples.
+    pub recorded: &'a BTreeMap<String, String>,
+    pub renderer: Renderer<'a>,
+}
+
+/// Makes what renders of a scene and the options, and hands it to `then`: it borrows from what is made here.
+pub fn with_renderer<R>(
+    args: &RenderArgs,
+    mut opened: Opened,
+    pool: &ThreadPool,
+    phases: &mut Phases,
+    terminal: Terminal,
+    then: impl FnOnce(Ready<'_>, &mut Phases) -> Result<R, Failure>,
+) -> Result<R, Failure> {
+    let candidates = args.image.candidates()?;
     let sensor = camera::sensor(&args.image.size, DEFAULT_WIDTH, args.image.filter.padding(), &opened.view);
     let crop = crop(args, sensor)?;
     // What is checked here is the same for all candidates.
@@ -77,18 +135,28 @@ pub fn run(args: &RenderArgs) -> Result<Exit, Failure> {
     let mut scene = scene.choosing_lights(lights);
     check_light_samples(&scene, &settings)?;
     let kept = args.image.kept(&scene)?;
-    let kept_classes = kept.as_ref().map(|(_, kept)| kept);
-    let task = Task { image: &args.image, candidates: &candidates, crop, scene_hash: &scene_hash, kept: kept_classes };
+    let task = Task { image: &args.image, candidates: &candidates, crop, scene_hash: &scene_hash, kept: kept.as_ref() };
     let Chosen { settings, reason, estimates } = pool.install(|| task.choose(&mut scene, terminal))?;
     phases.end("choose");
     let keep = |path: &JoinedPath| kept.as_ref().is_none_or(|(_, kept)| kept.holds(&scene, path));
     let (paths, camera) = (kept.as_ref().map(|(text, _)| text.clone()), &view);
     let merging = settings.integrator.merges().then(|| MergeRadius::of(&scene, settings.merge_radius));
-    let job =
-        Job { scene_hash, shown, variant, camera, sensor, settings: &settings, merging, lights, paths, environment };
+    let job = Job {
+        scene: &scene,
+        scene_hash,
+        shown,
+        variant,
+        camera,
+        sensor,
+        settings: &settings,
+        estimates,
+        merging,
+        lights,
+        paths,
+        environment,
+    };
     foretell(&job, &scene, args.image.max_depth(), terminal);
 
-    let Wanted { passes, goal, whole } = wanted(args);
     let renderer = pool.install(|| Renderer::new(&scene, &settings));
     phases.end("build");
     args.image.check_light_vertices((settings.integrator, renderer.integrator()), &scene, of_image)?;
@@ -97,24 +165,54 @@ pub fn run(args: &RenderArgs) -> Result<Exit, Failure> {
         args.layers.choose(&args.image.size, args.data.memory(renderer.film().crop().pixels()), &scene, &renderer)?;
     let renderer = if layers.is_empty() { renderer } else { renderer.with_layers(&layers) };
     let renderer = if kept.is_some() { renderer.keeping(&keep) } else { renderer };
-    let mut renderer = match &args.part.resume {
-        None => renderer.starting_at(passes.start),
-        Some(path) => saved::resume(renderer, path, sensor, &recorded, passes)?,
-    };
+    let renderer = at_first_pass(renderer, args, sensor, &recorded)?;
     phases.end("resume");
-    let mut keeper = Keeper::new(&args.part, &outputs, sensor, &recorded, whole);
-    let mut progress = Progress::new(args.progress, terminal);
-    progress.event(|| started(&job, &renderer, whole));
-    let quality = args.noise.map(Quality::new);
-    let mut viewer = Viewer::connect(args.display.as_deref(), shown_as(args), terminal);
-    let watchers = (&mut progress, &mut viewer);
-    let ended = pass_loop::run(&mut renderer, &pool, (goal, quality), &mut keeper, &interrupt, watchers, terminal);
-    pass_loop::summarise(&renderer, &ended.moment, terminal);
-    let black = Black { scene: &scene, settings: &settings, kept: job.paths.as_deref() }.why(&renderer);
-    let (job, recorded, outputs, renderer, keeper) = (&job, &recorded, &outputs, &renderer, &keeper);
-    let (pool, estimates) = (&pool, &estimates);
-    let rendered = Rendered { args, job, estimates, recorded, whole, outputs, renderer, ended, black, keeper, pool };
-    rendered.finish(&progress, phases, terminal)
+    then(Ready { job: &job, recorded: &recorded, renderer }, phases)
+}
+
+/// Where it has to begin, or to go on.
+fn at_first_pass<'a>(
+    renderer: Renderer<'a>,
+    args: &RenderArgs,
+    sensor: Sensor,
+    recorded: &BTreeMap<String, String>,
+) -> Result<Renderer<'a>, Failure> {
+    let passes = wanted(args).passes;
+    match &args.part.resume {
+        None => Ok(renderer.starting_at(passes.start)),
+        Some(path) => saved::resume(renderer, path, sensor, recorded, passes),
+    }
+}
+
+/// Why the image is black, if it is.
+pub fn black(job: &Job<'_>, renderer: &Renderer<'_>) -> Option<String> {
+    Black { scene: job.scene, settings: job.settings, kept: job.paths.as_deref() }.why(renderer)
+}
+
+/// Who sees a render of the command line.
+struct Watchers<'w, 'a> {
+    progress: &'w mut Progress,
+    viewer: &'w mut Viewer,
+    keeper: &'w mut Keeper<'a>,
+    interrupt: &'w Interrupt,
+    terminal: Terminal,
+}
+
+impl Watch for Watchers<'_, '_> {
+    fn after_pass(&mut self, renderer: &Renderer<'_>, next: Next, moment: &mut dyn FnMut() -> Moment) -> Option<Exit> {
+        if self.progress.is_due() {
+            self.progress.show(&moment());
+        }
+        self.viewer.after_pass(renderer, self.terminal);
+        if next == Next::Nothing {
+            return None;
+        }
+        let asked = self.interrupt.asked();
+        if asked.is_none() {
+            self.keeper.after_pass(renderer, self.terminal);
+        }
+        asked
+    }
 }
 
 /// Refuses places where what is to be written cannot be.
@@ -148,14 +246,14 @@ fn started(job: &Job<'_>, renderer: &Renderer<'_>, whole: Option<u32>) -> Value 
 }
 
 /// Which passes are to be rendered.
-struct Wanted {
-    passes: Range<u32>,
-    goal: Goal,
+pub struct Wanted {
+    pub passes: Range<u32>,
+    pub goal: Goal,
     /// How many there are in the whole image, if that is known.
-    whole: Option<u32>,
+    pub whole: Option<u32>,
 }
 
-fn wanted(args: &RenderArgs) -> Wanted {
+pub fn wanted(args: &RenderArgs) -> Wanted {
     if let Some(time) = args.time {
         return Wanted { passes: 0..MOST_PASSES, goal: Goal::Time(time), whole: None };
     }

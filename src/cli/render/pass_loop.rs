@@ -9,14 +9,10 @@ use pathspace::{
 };
 use rayon::ThreadPool;
 
-use crate::cli::{
-    render::{keep::Keeper, viewer::Viewer},
-    shared::{
-        exit::Exit,
-        interrupt::Interrupt,
-        progress::{Clock, Goal, Moment, Progress},
-        terminal::Terminal,
-    },
+use crate::cli::shared::{
+    exit::Exit,
+    progress::{Clock, Goal, Moment},
+    terminal::Terminal,
 };
 
 /// Memory that nobody foretold and somebody may miss, MiB.
@@ -97,20 +93,29 @@ impl Ended {
     }
 }
 
-/// Renders until `goal`, or to the end of the pass in which the first signal came.
+/// Whether there is a pass to come.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Next {
+    Pass,
+    Nothing,
+}
+
+/// Who sees a render after every pass.
+pub trait Watch {
+    /// `moment` says how far it is. With an exit code the render ends here.
+    fn after_pass(&mut self, renderer: &Renderer<'_>, next: Next, moment: &mut dyn FnMut() -> Moment) -> Option<Exit>;
+}
+
+/// Renders until `goal`, or to the end of the pass after which `watch` ends it.
 pub fn run(
     renderer: &mut Renderer<'_>,
     pool: &ThreadPool,
     (goal, mut quality): (Goal, Option<Quality>),
-    keeper: &mut Keeper<'_>,
-    interrupt: &Interrupt,
-    (progress, viewer): (&mut Progress, &mut Viewer),
-    terminal: Terminal,
+    watch: &mut impl Watch,
 ) -> Ended {
     let start = Start { at: Instant::now(), passes: renderer.passes(), rays: renderer.statistics().rays.total() };
     let mut noise = None;
     let mut interrupted = None;
-    interrupt.spare(terminal);
     let done = |renderer: &Renderer<'_>, quality: Option<Quality>| {
         start.reached(goal, renderer) || quality.is_some_and(|quality| quality.is_reached())
     };
@@ -124,25 +129,17 @@ pub fn run(
         if let Some(quality) = &mut quality {
             quality.look(renderer.film(), passes);
         }
-        if progress.is_due() {
+        let next = if done(renderer, quality) { Next::Nothing } else { Next::Pass };
+        let mut moment = || {
             noise = renderer.film().noise(passes).or(noise);
             let near = match (goal, quality) {
                 (Goal::Passes(most), Some(quality)) => Goal::Passes(quality.expected(passes, most)),
                 _ => goal,
             };
-            progress.show(&start.moment(renderer, near, noise));
-        }
-        viewer.after_pass(renderer, terminal);
-        if !done(renderer, quality) {
-            interrupted = interrupt.asked();
-            if interrupted.is_none() {
-                keeper.after_pass(renderer, terminal);
-            }
-        }
+            start.moment(renderer, near, noise)
+        };
+        interrupted = watch.after_pass(renderer, next, &mut moment);
     }
-    interrupt.settle();
-    progress.finish();
-    viewer.show(renderer, terminal);
     let moment = start.moment(renderer, goal, renderer.film().noise(renderer.passes()));
     let complete = renderer.sums().errors().is_empty() && renderer.statistics().rejected.is_empty();
     Ended { moment, quality, interrupted, complete }

@@ -3,7 +3,6 @@
 use std::{collections::BTreeMap, path::Path};
 
 use pathspace::{
-    choice::Estimate,
     film::{Exposure, Header},
     render::Renderer,
 };
@@ -14,7 +13,7 @@ use crate::cli::{
     render::{
         args::RenderArgs,
         keep::{Keeper, resume_command},
-        pass_loop::Ended,
+        pass_loop::{Ended, Quality},
         stats::{Phases, Stats},
     },
     shared::{
@@ -33,8 +32,6 @@ use crate::cli::{
 pub struct Rendered<'a> {
     pub args: &'a RenderArgs,
     pub job: &'a Job<'a>,
-    /// Of a pilot that has chosen the integrator.
-    pub estimates: &'a [Estimate],
     /// What the header says whatever the number of samples.
     pub recorded: &'a BTreeMap<String, String>,
     /// How many passes there are in the whole image, if that is known.
@@ -48,6 +45,42 @@ pub struct Rendered<'a> {
     pub pool: &'a ThreadPool,
 }
 
+/// Says what is wrong with the image.
+pub fn warn(black: Option<&str>, ended: &Ended, terminal: Terminal) {
+    if let Some(why) = black {
+        terminal.warn(format_args!("the image is black: {why}"));
+    }
+    if let Some(quality) = ended.quality.filter(|quality| !quality.is_reached() && ended.interrupted.is_none()) {
+        terminal.warn(format_args!("{} spp are not enough for --noise {}", ended.moment.passes, quality.below));
+    }
+}
+
+/// The image with what is beside it in its file.
+pub fn picture(args: &RenderArgs, renderer: &Renderer<'_>, pool: &ThreadPool) -> Picture {
+    let passes = renderer.passes();
+    Picture {
+        image: renderer.film().image(passes),
+        alpha: renderer.alpha(),
+        layers: layers::images(&renderer.sums(), passes),
+        data: pool.install(|| args.data.channels(renderer)),
+    }
+}
+
+/// What the image's file says of it.
+pub fn image_header(
+    args: &RenderArgs,
+    (job, recorded): (&Job<'_>, &BTreeMap<String, String>),
+    renderer: &Renderer<'_>,
+    quality: Option<Quality>,
+) -> Header {
+    let passes = Passes::from(renderer.range());
+    let mut header = header(job.sensor, recorded, &renderer.sums(), &passes);
+    // It chose the number of samples by what they showed.
+    header.attributes.extend(quality.map(|quality| ("noise-target".to_owned(), quality.to_string())));
+    header.attributes.extend(args.data.attribute());
+    header
+}
+
 /// What was written of it.
 struct Written<'a> {
     checkpoint: Option<&'a Path>,
@@ -57,26 +90,15 @@ struct Written<'a> {
 
 impl Rendered<'_> {
     /// Writes all files, and says what there is to say; the exit code.
-    pub fn finish(&self, progress: &Progress, mut phases: Phases, terminal: Terminal) -> Result<Exit, Failure> {
-        self.warn(terminal);
+    pub fn finish(&self, progress: &Progress, phases: &mut Phases, terminal: Terminal) -> Result<Exit, Failure> {
+        warn(self.black.as_deref(), &self.ended, terminal);
         phases.end("render");
         let written = self.write(terminal)?;
         phases.end("write");
-        self.write_statistics(&phases)?;
+        self.write_statistics(phases)?;
         self.say(&written, terminal);
         progress.event(|| self.end(&written));
         Ok(self.ended.exit())
-    }
-
-    /// What is wrong with the image.
-    fn warn(&self, terminal: Terminal) {
-        if let Some(why) = &self.black {
-            terminal.warn(format_args!("the image is black: {why}"));
-        }
-        let ended = &self.ended;
-        if let Some(quality) = ended.quality.filter(|quality| !quality.is_reached() && ended.interrupted.is_none()) {
-            terminal.warn(format_args!("{} spp are not enough for --noise {}", ended.moment.passes, quality.below));
-        }
     }
 
     fn write(&self, terminal: Terminal) -> Result<Written<'_>, Failure> {
@@ -103,34 +125,22 @@ impl Rendered<'_> {
 
     /// Writes the image and its layers to all outputs.
     fn write_image(&self, terminal: Terminal) -> Result<(), Failure> {
-        let renderer = self.renderer;
-        let passes = renderer.passes();
         let exposure = self.args.exposure.map_or(Exposure::Auto, Exposure::Ev);
-        let picture = Picture {
-            image: renderer.film().image(passes),
-            alpha: renderer.alpha(),
-            layers: layers::images(&renderer.sums(), passes),
-            data: self.pool.install(|| self.args.data.channels(renderer)),
-        };
+        let picture = picture(self.args, self.renderer, self.pool);
         self.outputs.write(&picture, &self.header(), exposure, terminal)
     }
 
     /// What the image's file says of it.
     fn header(&self) -> Header {
-        let passes = Passes::from(self.renderer.range());
-        let mut header = header(self.job.sensor, self.recorded, &self.renderer.sums(), &passes);
-        // It chose the number of samples by what they showed.
-        header.attributes.extend(self.ended.quality.map(|quality| ("noise-target".to_owned(), quality.to_string())));
-        header.attributes.extend(self.args.data.attribute());
-        header
+        image_header(self.args, (self.job, self.recorded), self.renderer, self.ended.quality)
     }
 
     /// Writes the file of `--stats`, if there is to be one.
     fn write_statistics(&self, phases: &Phases) -> Result<(), Failure> {
         let Some(path) = &self.args.stats else { return Ok(()) };
-        let Self { job, estimates, renderer, ended, keeper, pool, .. } = self;
+        let Self { job, renderer, ended, keeper, pool, .. } = self;
         let (black, threads) = (self.black.as_deref(), pool.current_num_threads());
-        Stats { job, estimates, renderer, ended, black, keeper, phases, threads }.write(path)
+        Stats { job, renderer, ended, black, keeper, phases, threads }.write(path)
     }
 
     /// What was written, and how an interrupted render goes on.

@@ -7,7 +7,6 @@ use std::{
 };
 
 use pathspace::{
-    choice::Estimate,
     film::{AlphaSums, Film, check_writable, write_atomically},
     render::Renderer,
 };
@@ -55,8 +54,6 @@ impl Phases {
 /// All that is known at the end of a render.
 pub struct Stats<'a> {
     pub job: &'a Job<'a>,
-    /// Of a pilot that has chosen the integrator.
-    pub estimates: &'a [Estimate],
     pub renderer: &'a Renderer<'a>,
     pub ended: &'a Ended,
     /// Why the image is black, if it is.
@@ -73,7 +70,7 @@ impl Stats<'_> {
     }
 
     fn json(&self) -> Value {
-        let Self { job, estimates, renderer, ended, black, keeper, phases, threads } = self;
+        let Self { job, renderer, ended, black, keeper, phases, threads } = self;
         let (statistics, sums) = (renderer.statistics(), renderer.sums());
         let (rays, errors, crop) = (statistics.rays, sums.errors(), sums.film.crop());
         let rejected: Map<_, _> =
@@ -95,7 +92,7 @@ impl Stats<'_> {
             "height": job.sensor.height,
             "pixels": crop.pixels(),
             "integrator": job.settings.integrator.name(),
-            "choice": described(estimates),
+            "choice": described(&job.estimates),
             "threads": threads,
             "spp": renderer.passes(),
             "resumed_spp": ended.moment.resumed,

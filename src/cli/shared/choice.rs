@@ -31,7 +31,8 @@ pub struct Task<'a> {
     pub candidates: &'a [IntegratorKind],
     pub crop: Crop,
     pub scene_hash: &'a str,
-    pub kept: Option<&'a PathClasses>,
+    /// What [`ImageArgs::kept`] says.
+    pub kept: Option<&'a (String, PathClasses)>,
 }
 
 impl Task<'_> {
@@ -47,7 +48,7 @@ impl Task<'_> {
         }
         terminal.detail(format_args!("choosing between {first} and {} others", self.candidates.len() - 1));
         let candidates = self.candidates.iter().map(|kind| settings(*kind)).collect::<Result<Vec<_>, _>>()?;
-        let holds = |scene: &Scene, path: &JoinedPath| self.kept.is_none_or(|kept| kept.holds(scene, path));
+        let holds = |scene: &Scene, path: &JoinedPath| self.kept.is_none_or(|(_, kept)| kept.holds(scene, path));
         let choice = choose(scene, &candidates, self.kept.map(|_| &holds as _));
         if let Some(file) = file {
             self.write(file, &choice)?;

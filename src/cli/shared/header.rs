@@ -4,13 +4,14 @@
 use std::{collections::BTreeMap, ops::Range};
 
 use pathspace::{
+    choice::Estimate,
     film::{Crop, Film, Header, Sums},
     integrator::{RelativeRoulette, Weighting, Weights},
     io::{NamedCamera, ThinLens, View},
     path::{Roulette, Strategy},
     render::{Background, MergeRadius, Settings},
     sampling::Filter,
-    scene::{bsdf::Directions, camera::Sensor, light::LightChoice},
+    scene::{Scene, bsdf::Directions, camera::Sensor, light::LightChoice},
 };
 
 use crate::cli::shared::passes::Passes;
@@ -20,6 +21,7 @@ const INSTRUCTIONS: &str = "scalar";
 
 /// What was rendered.
 pub struct Job<'a> {
+    pub scene: &'a Scene,
     pub scene_hash: String,
     /// Which scene of a file with several.
     pub shown: Option<usize>,
@@ -28,6 +30,8 @@ pub struct Job<'a> {
     pub camera: &'a NamedCamera,
     pub sensor: Sensor,
     pub settings: &'a Settings,
+    /// Of a pilot that has chosen the integrator.
+    pub estimates: Vec<Estimate>,
     /// Within which radii paths merge, if they do.
     pub merging: Option<MergeRadius>,
     /// How next-event estimation chooses.

@@ -9,6 +9,7 @@ pub mod header;
 pub mod image;
 pub mod interrupt;
 pub mod layers;
+pub mod listening;
 pub mod number;
 pub mod opened;
 pub mod passes;

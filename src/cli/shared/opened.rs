@@ -18,14 +18,24 @@ pub struct Opened {
     pub shown: Option<usize>,
 }
 
+/// Reads the file, and says what is wrong with it.
+pub fn load(args: &SceneArgs, terminal: Terminal) -> Result<Loaded, Failure> {
+    let loaded = io::load_with(&args.file, &args.load.options(args.scene.as_deref()))?;
+    terminal.detail(info::describe(&loaded));
+    for warning in &loaded.warnings {
+        terminal.warn(warning);
+    }
+    Ok(loaded)
+}
+
 impl Opened {
-    /// Reads the file, and says what is wrong with it.
+    /// Reads the file, and chooses the camera.
     pub fn read(args: &SceneArgs, terminal: Terminal) -> Result<Self, Failure> {
-        let mut loaded = io::load_with(&args.file, &args.load.options(args.scene.as_deref()))?;
-        terminal.detail(info::describe(&loaded));
-        for warning in &loaded.warnings {
-            terminal.warn(warning);
-        }
+        Self::new(load(args, terminal)?, args, terminal)
+    }
+
+    /// What was read, seen as the options say.
+    pub fn new(mut loaded: Loaded, args: &SceneArgs, terminal: Terminal) -> Result<Self, Failure> {
         loaded.geometry.set_effort(args.build.unwrap_or_default());
         let view = camera::choose(args, &loaded, terminal)?;
         let shown = loaded.summary.scene.filter(|_| loaded.summary.scenes.len() > 1);

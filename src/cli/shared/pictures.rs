@@ -10,7 +10,7 @@ use pathspace::{
 use crate::cli::shared::{exit::Failure, terminal::Terminal};
 
 /// Files to write, each of a known format and in a place where files can be created.
-pub struct Outputs(Vec<(PathBuf, Format)>);
+pub struct Outputs(pub Vec<(PathBuf, Format)>);
 
 /// An image and what is beside it in its file.
 pub struct Picture {

@@ -16,15 +16,21 @@ pub enum Verbosity {
     Verbose,
 }
 
-/// Standard error, as far as the person wants to hear.
+/// Standard error, or whoever takes its lines, as far as the person wants to hear.
 #[derive(Clone, Copy, Debug)]
 pub struct Terminal {
     verbosity: Verbosity,
+    line: fn(&dyn Display),
 }
 
 impl Terminal {
     pub fn new(verbosity: Verbosity) -> Self {
-        Self { verbosity }
+        Self::through(verbosity, |line| stderr_line(line))
+    }
+
+    /// One whose lines go to `line`.
+    pub fn through(verbosity: Verbosity, line: fn(&dyn Display)) -> Self {
+        Self { verbosity, line }
     }
 
     pub fn is_quiet(self) -> bool {
@@ -50,7 +56,7 @@ impl Terminal {
 
     fn at_least(self, verbosity: Verbosity, line: impl Display) {
         if self.verbosity >= verbosity {
-            stderr_line(line);
+            (self.line)(&line);
         }
     }
 }

@@ -1,6 +1,6 @@
 //! `pathspace verify`.
 
-mod json;
+pub mod json;
 mod pictures;
 mod text;
 
@@ -9,7 +9,7 @@ use std::{fmt, ops::ControlFlow, path::PathBuf, time::Duration};
 use pathspace::{
     film::{Crop, Film, check_folder, write_folder},
     integrator::IntegratorKind,
-    scene::{camera::Sensor, light::LightChoice},
+    scene::{Scene, camera::Sensor, light::LightChoice},
     verify::{Budget, Outcome, Plan, Report, verify},
 };
 
@@ -17,6 +17,7 @@ use crate::cli::shared::{
     args::{BudgetArgs, PathArgs, SceneArgs, SizeArgs, VerbosityArgs, check_distinct},
     camera,
     exit::{Exit, Failure},
+    listening::listening,
     opened::Opened,
     progress::{Clock, Progress, Step, Style},
     terminal::{self, Terminal},
@@ -33,7 +34,7 @@ const FILMS: u64 = 4;
 #[derive(Debug, clap::Args)]
 pub struct VerifyArgs {
     #[command(flatten)]
-    scene: SceneArgs,
+    pub scene: SceneArgs,
 
     /// Folder for images, difference, p-value map and verify.json; made if it is not there [default: SCENE-verify in
     /// the working directory]
@@ -68,7 +69,7 @@ pub struct VerifyArgs {
     size: SizeArgs,
 
     #[command(flatten)]
-    paths: PathArgs,
+    pub paths: PathArgs,
 
     /// Answer in JSON
     #[arg(long)]
@@ -96,36 +97,16 @@ pub fn run(args: &VerifyArgs) -> Result<Exit, Failure> {
     let pool = args.paths.thread_pool()?;
 
     let opened = Opened::read(&args.scene, terminal)?;
-    let sensor = camera::sensor(&args.size, DEFAULT_WIDTH, 0, &opened.view);
-    let pixels = Crop::full(sensor);
-    args.size.check_memory(FILMS * plan.integrators.len() as u64 * Film::memory(pixels.pixels()), pixels)?;
-    let scene_hash = opened.loaded.hash.clone();
-    let (scene, environment) = opened.into_scene(&args.scene, sensor, terminal)?;
-    let lights = args.paths.lights.unwrap_or_else(|| scene.lights().suitable_choice());
-    let scene = scene.choosing_lights(lights);
-    let job = Job { plan, sensor, scene_hash, environment, lights };
-
+    let (job, scene) = prepared(args, plan, opened, terminal)?;
     let mut progress = Progress::new(Style::Auto, terminal);
     let budget = job.plan.budget;
-    // The bar stays on this thread, and the pool has others.
-    let (parts, heard) = std::sync::mpsc::channel();
-    let report = std::thread::scope(|scope| {
-        let worker = scope.spawn(|| {
-            let parts = parts;
-            // Nobody listening is no reason to stop.
-            let mut hear = |part| {
-                parts.send(part).unwrap_or(());
-                ControlFlow::Continue(())
-            };
-            pool.install(|| verify(&scene, &job.plan, &mut hear))
-        });
-        for part in heard {
-            if progress.is_due() {
-                progress.show(&Spent { budget, part });
-            }
+    let hear = |part| {
+        if progress.is_due() {
+            progress.show(&Spent { budget, part });
         }
-        worker.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic))
-    });
+        ControlFlow::Continue(())
+    };
+    let report = listening(&pool, |say| verify(&scene, &job.plan, say), hear);
     progress.finish();
 
     let answer = json::describe(&job, &report);
@@ -141,7 +122,20 @@ pub fn run(args: &VerifyArgs) -> Result<Exit, Failure> {
     Ok(exit(&report))
 }
 
-fn plan(args: &VerifyArgs) -> Result<Plan, Failure> {
+/// What is compared, and the scene for it.
+pub fn prepared(args: &VerifyArgs, plan: Plan, opened: Opened, terminal: Terminal) -> Result<(Job, Scene), Failure> {
+    let sensor = camera::sensor(&args.size, DEFAULT_WIDTH, 0, &opened.view);
+    let pixels = Crop::full(sensor);
+    args.size.check_memory(FILMS * plan.integrators.len() as u64 * Film::memory(pixels.pixels()), pixels)?;
+    let scene_hash = opened.loaded.hash.clone();
+    let (scene, environment) = opened.into_scene(&args.scene, sensor, terminal)?;
+    let lights = args.paths.lights.unwrap_or_else(|| scene.lights().suitable_choice());
+    let scene = scene.choosing_lights(lights);
+    Ok((Job { plan, sensor, scene_hash, environment, lights }, scene))
+}
+
+/// What the options ask for.
+pub fn plan(args: &VerifyArgs) -> Result<Plan, Failure> {
     let kinds = &args.integrators;
     check_distinct(kinds)?;
     if kinds.len() < 2 {
@@ -191,7 +185,8 @@ impl fmt::Display for Spent {
     }
 }
 
-fn files(job: &Job, report: &Report, answer: &serde_json::Value) -> std::io::Result<Vec<(String, Vec<u8>)>> {
+/// What goes into the folder, by name.
+pub fn files(job: &Job, report: &Report, answer: &serde_json::Value) -> std::io::Result<Vec<(String, Vec<u8>)>> {
     let mut files = pictures::files(job, report)?;
     files.push((json::FILE.to_owned(), format!("{answer:#}\n").into_bytes()));
     Ok(files)

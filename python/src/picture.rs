@@ -1,0 +1,139 @@
+//! An image with all that is beside it, in memory.
+
+use std::path::PathBuf;
+
+use pathspace::{
+    film::{Crop, Exposure, Format, Header, Image, Samples, encode_exr, encode_png},
+    math::Rgb,
+    render::{Rays, Statistics},
+};
+use pyo3::{
+    prelude::*,
+    types::{PyByteArray, PyBytes},
+};
+
+use crate::{
+    cli::shared::{
+        exit::Failure,
+        pictures::{self, Outputs},
+    },
+    errors::exception,
+    talk::speaking,
+};
+
+/// What a render made. Arrays are bytes of 32-bit numbers in the machine's order, row by row from the top.
+#[pyclass(frozen, module = "pathspace._native")]
+pub struct Picture {
+    pub picture: pictures::Picture,
+    pub header: Header,
+    pub halves: Option<Halves>,
+    pub seconds: f64,
+    pub statistics: Statistics,
+}
+
+/// The images of the even and the odd samples.
+pub struct Halves {
+    pub images: [Image; 2],
+    /// Of their mean.
+    pub variance: Vec<Rgb>,
+}
+
+/// Bytes that Python may write to.
+fn bytes<'py, const N: usize>(py: Python<'py>, numbers: impl Iterator<Item = [u8; N]>) -> Bound<'py, PyByteArray> {
+    PyByteArray::new(py, &numbers.flatten().collect::<Vec<_>>())
+}
+
+/// Three numbers a pixel.
+pub fn colours<'py>(py: Python<'py>, pixels: &[Rgb]) -> Bound<'py, PyByteArray> {
+    bytes(py, pixels.iter().flat_map(|pixel| pixel.to_array()).map(f32::to_ne_bytes))
+}
+
+#[pymethods]
+impl Picture {
+    /// (height, width) of the pixels that are there.
+    #[getter]
+    fn shape(&self) -> (u32, u32) {
+        (self.picture.image.height, self.picture.image.width)
+    }
+
+    /// x0, y0, x1, y1 of them in the whole image.
+    #[getter]
+    fn crop(&self) -> (u32, u32, u32, u32) {
+        let Crop { x0, y0, x1, y1 } = self.header.crop;
+        (x0, y0, x1, y1)
+    }
+
+    fn rgb<'py>(&self, py: Python<'py>) -> Bound<'py, PyByteArray> {
+        colours(py, &self.picture.image.pixels)
+    }
+
+    fn alpha<'py>(&self, py: Python<'py>) -> Option<Bound<'py, PyByteArray>> {
+        let alpha = self.picture.alpha.as_ref()?;
+        Some(bytes(py, alpha.iter().map(|a| a.to_ne_bytes())))
+    }
+
+    fn halves<'py>(&self, py: Python<'py>) -> Option<[Bound<'py, PyByteArray>; 2]> {
+        let halves = self.halves.as_ref()?;
+        Some([0, 1].map(|half: usize| colours(py, &halves.images[half].pixels)))
+    }
+
+    fn variance<'py>(&self, py: Python<'py>) -> Option<Bound<'py, PyByteArray>> {
+        Some(colours(py, &self.halves.as_ref()?.variance))
+    }
+
+    fn layers<'py>(&self, py: Python<'py>) -> Vec<(&str, Bound<'py, PyByteArray>)> {
+        self.picture.layers.iter().map(|(name, image)| (name.as_str(), colours(py, &image.pixels))).collect()
+    }
+
+    /// (name, NumPy's name of the type, bytes) of each channel.
+    fn data<'py>(&self, py: Python<'py>) -> Vec<(&str, &'static str, Bound<'py, PyByteArray>)> {
+        let each = self.picture.data.iter().map(|(name, samples)| match samples {
+            Samples::Float(all) => (name.as_str(), "f4", bytes(py, all.iter().map(|x| x.to_ne_bytes()))),
+            Samples::Integer(all) => (name.as_str(), "u4", bytes(py, all.iter().map(|x| x.to_ne_bytes()))),
+        });
+        each.collect()
+    }
+
+    #[getter]
+    fn header(&self) -> Vec<(String, String)> {
+        self.header.attributes.clone()
+    }
+
+    #[getter]
+    fn seconds(&self) -> f64 {
+        self.seconds
+    }
+
+    /// Samples, and rays by kind: camera, light, visibility.
+    #[getter]
+    fn statistics(&self) -> (u64, u64, u64, u64) {
+        let Rays { camera, light, visibility } = self.statistics.rays;
+        (self.statistics.samples, camera, light, visibility)
+    }
+
+    /// The file that [`Picture::write`] would write, by the end of its name: `exr` or `png`.
+    #[pyo3(signature = (format, exposure=None))]
+    fn encode<'py>(&self, py: Python<'py>, format: &str, exposure: Option<f32>) -> PyResult<Bound<'py, PyBytes>> {
+        let encoded = py.detach(|| {
+            let format = Format::of(&PathBuf::from(format!("image.{format}")))
+                .map_err(|error| Failure::usage(error.to_string()))?;
+            let pictures::Picture { image, alpha, layers, data } = &self.picture;
+            let bytes = match format {
+                Format::Exr => encode_exr(image, alpha.as_deref(), layers, data, &self.header),
+                Format::Png => encode_png(image, alpha.as_deref(), exposure.map_or(Exposure::Auto, Exposure::Ev)),
+            };
+            bytes.map_err(|error| Failure::output(format!("cannot encode the file: {error}")))
+        });
+        Ok(PyBytes::new(py, &encoded.map_err(|failure: Failure| exception(py, &failure))?))
+    }
+
+    /// Writes the file that the command line writes.
+    #[pyo3(signature = (path, exposure=None))]
+    fn write(&self, py: Python<'_>, path: PathBuf, exposure: Option<f32>) -> PyResult<()> {
+        speaking(py, |terminal| {
+            let outputs = Outputs::check(vec![path])?;
+            let exposure = exposure.map_or(Exposure::Auto, Exposure::Ev);
+            outputs.write(&self.picture, &self.header, exposure, terminal)
+        })
+    }
+}
