@@ -80,6 +80,7 @@
 //! assert!((1..=3).all(|t| path.pdf(Strategy { s: 3 - t, t }) > 0.0));
 //! ```
 
+pub mod choice;
 pub mod compare;
 pub mod converge;
 pub mod film;

@@ -60,6 +60,8 @@ class RenderOptions(ViewOptions, PathOptions, total=False):
     time: Union[Time, None]
     noise: Union[str, float, None]
     integrator: Union[Name, None]
+    unbiased: bool
+    choice: Union[str, os.PathLike[str], None]
     hemisphere: Union[Literal["bsdf", "uniform"], None]
     min_depth: Union[int, None]
     preset: Union[Literal["direct", "whitted"], None]

@@ -105,13 +105,7 @@ pub(super) fn count_ratio<F: Float>(count: F, per_own: F) -> F {
 /// weights of all supported techniques sum to 1.
 #[inline(always)]
 pub fn mis_weight(path: &impl Densities, found: Technique, techniques: &Techniques, heuristic: Heuristic) -> f32 {
-    let (strategy, own) = match found {
-        Technique::Bidirectional(strategy) => (strategy, effective_count(path, strategy, techniques)),
-        Technique::Merged(strategy) => {
-            (strategy, effective_merges(path, strategy.t, techniques) * path.light_density(strategy.t - 1).0)
-        }
-        Technique::Area => return 1.0,
-    };
+    let Some((strategy, own)) = expected(path, found, techniques) else { return 1.0 };
     let others = |of: fn(f64) -> f64| {
         let (lower_s, higher_s) = others(path, strategy.t, 1.0 / own, techniques, of);
         let connected = match found {
@@ -134,6 +128,19 @@ pub fn mis_weight(path: &impl Densities, found: Technique, techniques: &Techniqu
             let (_, _, higher_s) = others(|r| r);
             if higher_s > 0.0 { 0.0 } else { 1.0 }
         }
+    }
+}
+
+/// The strategy that a technique of the table goes with, and n p in units of its density; `None` of area sampling.
+#[inline(always)]
+fn expected(path: &impl Densities, found: Technique, techniques: &Techniques) -> Option<(Strategy, f32)> {
+    match found {
+        Technique::Bidirectional(strategy) => Some((strategy, effective_count(path, strategy, techniques))),
+        Technique::Merged(strategy) => {
+            let merges = effective_merges(path, strategy.t, techniques);
+            Some((strategy, merges * path.light_density(strategy.t - 1).0))
+        }
+        Technique::Area => None,
     }
 }
 
@@ -194,55 +201,52 @@ pub fn is_covered(path: &impl Densities, techniques: &Techniques) -> bool {
         || meeting.any(|i| effective_merges(path, i + 1, techniques) > 0.0)
 }
 
-/// How much a table deposits where it finds this path, over F/(n p) of the table `own` whose strategy `found` found it:
-/// the mean over the table's strategies in proportion to what they deposit, Σ w_s² n p/(n_s p_s). Infinite where the
-/// table does not cover the path.
-///
-/// Neither table merges: a merge's density is in no term here.
+/// How much a table deposits where it finds this path, over F/(n p) of the technique `found` of the table `own`, which
+/// found it: the mean over the table's techniques in proportion to what they deposit, Σ w² n p/(n_s p_s). Infinite where
+/// the table does not cover the path.
 ///
 /// With it, what one integrator finds says how rare and how large the finds of another are, also those that it has not
 /// made yet.
 pub fn relative_deposit(
     path: &impl Densities,
-    found: Strategy,
+    found: Technique,
     own: &Techniques,
     techniques: &Techniques,
     heuristic: Heuristic,
 ) -> f64 {
-    let n = path.edges();
-    let own = f64::from(effective_count(path, found, own));
-    let relative = |ratio: f64, t: u32| {
-        let count = f64::from(effective_count(path, Strategy { s: n + 1 - t, t }, techniques));
-        if count == 0.0 { 0.0 } else { ratio * count / own }
+    let Some((Strategy { t, .. }, own)) = expected(path, found, own) else { return f64::INFINITY };
+    let same = f64::from(effective_count(path, Strategy { s: path.edges() + 1 - t, t }, techniques)) / f64::from(own);
+    let sum = |of: fn(f64) -> f64| {
+        let (lower_s, higher_s) = others(path, t, 1.0 / own, techniques, of);
+        lower_s + of(same) + higher_s
     };
-    let step = |product: &mut f64, up: PdfArea, down: PdfArea| {
-        *product *= f64::from(up.0) / f64::from(down.0);
-        (*product > 0.0).then_some(*product)
-    };
-    let lower_s = || {
-        (found.t..=n).scan(1.0, |product, i| {
-            step(product, path.camera_density(i), path.light_density(i)).map(|r| relative(r, i + 1))
-        })
-    };
-    let higher_s = || {
-        (1..found.t).rev().scan(1.0, |product, i| {
-            step(product, path.light_density(i), path.camera_density(i)).map(|r| relative(r, i))
-        })
-    };
-    let same = relative(1.0, found.t);
     match heuristic {
-        Heuristic::Balance => 1.0 / (lower_s().sum::<f64>() + same + higher_s().sum::<f64>()),
+        Heuristic::Balance => sum(|r| r).recip(),
         Heuristic::Power => {
-            let all = lower_s().chain([same]).chain(higher_s());
-            let (squares, cubes) = all.fold((0.0, 0.0), |(q, c), r| (q + r * r, c + r * r * r));
+            let (squares, cubes) = (sum(|r| r * r), sum(|r| r * r * r));
             if squares > 0.0 { cubes / (squares * squares) } else { f64::INFINITY }
         }
-        Heuristic::FirstSupported => {
-            let reached = |r: &f64| *r > 0.0;
-            let first = higher_s().filter(reached).last().or(Some(same).filter(reached)).or(lower_s().find(reached));
-            first.map_or(f64::INFINITY, f64::recip)
-        }
+        Heuristic::FirstSupported => first_supported(path, t, techniques).map_or(f64::INFINITY, |r| f64::from(own) / r),
     }
+}
+
+/// n p of the supported strategy with the most light vertices, in units of the density of the one with `t` vertices
+/// from the camera.
+fn first_supported(path: &impl Densities, t: u32, techniques: &Techniques) -> Option<f64> {
+    let n = path.edges();
+    let count = |t: u32| f64::from(effective_count(path, Strategy { s: n + 1 - t, t }, techniques));
+    let ratio = |up: PdfArea, down: PdfArea| f64::from(up.0) / f64::from(down.0);
+    let lower_s = (t..=n).scan(1.0, |product, i| {
+        *product *= ratio(path.camera_density(i), path.light_density(i));
+        Some(*product * count(i + 1))
+    });
+    let higher_s = (1..t).rev().scan(1.0, |product, i| {
+        *product *= ratio(path.light_density(i), path.camera_density(i));
+        (*product > 0.0).then_some(*product * count(i))
+    });
+    let is_supported = |r: &f64| *r > 0.0;
+    let same = std::iter::once(count(t));
+    higher_s.filter(is_supported).last().or_else(|| same.chain(lower_s).find(is_supported))
 }
 
 #[cfg(test)]

@@ -7,7 +7,7 @@ use crate::{
     film::{Crop, Film, FixedPoint, Half, Image},
     integrator::Integrator,
     math::{Rgb, luminance},
-    path::{JoinedPath, Technique, is_covered, relative_deposit},
+    path::{JoinedPath, is_covered, relative_deposit},
     render::Collector,
     sampling::Filter,
     scene::{Scene, camera::Sensor},
@@ -158,7 +158,6 @@ impl Collector for Tally<'_> {
         let Setting { integrators, sensor, scale, unit } = self.setting;
         let (x, y) = (path.raster().0.x.floor(), path.raster().0.y.floor());
         let inside = x >= 0.0 && y >= 0.0 && x < sensor.width as f32 && y < sensor.height as f32;
-        let Technique::Bidirectional(found) = path.technique() else { return };
         if !inside {
             return;
         }
@@ -180,7 +179,7 @@ impl Collector for Tally<'_> {
         let single = f64::from(luminance(path.contribution()) * path.survival() / own.samples(path.technique()));
         for (i, other) in integrators.iter().enumerate() {
             if i != self.own && covering.holds(Covering::of(&[i])) {
-                let relative = relative_deposit(path, found, own, other.techniques(), other.heuristic());
+                let relative = relative_deposit(path, path.technique(), own, other.techniques(), other.heuristic());
                 sizes.count(class, i, tile - 3, single * relative / unit, mass);
             }
         }

@@ -1,5 +1,6 @@
 //! The program as a person or a script meets it: exit codes, sentences, files.
 
+mod auto;
 mod black;
 mod checkpoints;
 mod compare;

@@ -30,7 +30,7 @@ fn help_and_version_are_answers() {
         "--resume",
         "--shard",
         "--limit",
-        "default: bdpt",
+        "default: auto",
     ] {
         assert!(help.contains(option), "{option}");
     }

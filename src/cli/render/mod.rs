@@ -34,6 +34,7 @@ use crate::cli::{
     },
     shared::{
         camera,
+        choice::{Chosen, Task},
         exit::{Exit, Failure},
         header::{self, Job},
         image::{DEFAULT_SPP, DEFAULT_WIDTH, check_light_samples, check_light_subpaths},
@@ -97,8 +98,7 @@ pub fn run(args: &RenderArgs) -> Result<Exit, Failure> {
 
 /// Refuses options that contradict each other, before anything is read.
 pub fn refuse(args: &RenderArgs) -> Result<(), Failure> {
-    args.image.only()?;
-    args.image.refuse_needless()
+    args.image.candidates().map(drop)
 }
 
 /// A render before its first pass.
@@ -118,9 +118,11 @@ pub fn with_renderer<R>(
     terminal: Terminal,
     then: impl FnOnce(Ready<'_>, &mut Phases) -> Result<R, Failure>,
 ) -> Result<R, Failure> {
-    let only = args.image.only()?;
+    let candidates = args.image.candidates()?;
     let sensor = camera::sensor(&args.image.size, DEFAULT_WIDTH, args.image.filter.padding(), &opened.view);
-    let settings = args.image.settings(crop(args, sensor)?, only);
+    let crop = crop(args, sensor)?;
+    // What is checked here is the same for all candidates.
+    let settings = args.image.settings(candidates[0], crop)?;
     let of_image = check_memory(args, &settings)?;
     check_light_subpaths(&settings)?;
     if let (None, Some(samples)) = (args.scene.build, announced(args, sensor)) {
@@ -129,10 +131,13 @@ pub fn with_renderer<R>(
     let (view, scene_hash) = (opened.view.clone(), opened.loaded.hash.clone());
     let (shown, variant) = (opened.shown, opened.loaded.summary.variant);
     let (scene, environment) = opened.into_scene(&args.scene, sensor, terminal)?;
-    let lights = args.image.paths.lights.unwrap_or_else(|| args.image.integrator.choice_among(scene.lights()));
-    let scene = scene.choosing_lights(lights);
+    let lights = args.image.paths.lights.unwrap_or_else(|| candidates[0].choice_among(scene.lights()));
+    let mut scene = scene.choosing_lights(lights);
     check_light_samples(&scene, &settings)?;
     let kept = args.image.kept(&scene)?;
+    let task = Task { image: &args.image, candidates: &candidates, crop, scene_hash: &scene_hash, kept: kept.as_ref() };
+    let Chosen { settings, reason, estimates } = pool.install(|| task.choose(&mut scene, terminal))?;
+    phases.end("choose");
     let keep = |path: &JoinedPath| kept.as_ref().is_none_or(|(_, kept)| kept.holds(&scene, path));
     let (paths, camera) = (kept.as_ref().map(|(text, _)| text.clone()), &view);
     let merging = settings.integrator.merges().then(|| MergeRadius::of(&scene, settings.merge_radius));
@@ -144,6 +149,7 @@ pub fn with_renderer<R>(
         camera,
         sensor,
         settings: &settings,
+        estimates,
         merging,
         lights,
         paths,
@@ -151,21 +157,31 @@ pub fn with_renderer<R>(
     };
     foretell(&job, &scene, args.image.max_depth(), terminal);
 
-    let passes = wanted(args).passes;
     let renderer = pool.install(|| Renderer::new(&scene, &settings));
     phases.end("build");
-    args.image.check_light_vertices(renderer.integrator(), &scene, of_image)?;
-    let recorded = recorded(args, &job, &scene);
+    args.image.check_light_vertices((settings.integrator, renderer.integrator()), &scene, of_image)?;
+    let recorded = recorded(args, &job, &scene, reason);
     let layers =
         args.layers.choose(&args.image.size, args.data.memory(renderer.film().crop().pixels()), &scene, &renderer)?;
     let renderer = if layers.is_empty() { renderer } else { renderer.with_layers(&layers) };
     let renderer = if kept.is_some() { renderer.keeping(&keep) } else { renderer };
-    let renderer = match &args.part.resume {
-        None => renderer.starting_at(passes.start),
-        Some(path) => saved::resume(renderer, path, sensor, &recorded, passes)?,
-    };
+    let renderer = at_first_pass(renderer, args, sensor, &recorded)?;
     phases.end("resume");
     then(Ready { job: &job, recorded: &recorded, renderer }, phases)
+}
+
+/// Where it has to begin, or to go on.
+fn at_first_pass<'a>(
+    renderer: Renderer<'a>,
+    args: &RenderArgs,
+    sensor: Sensor,
+    recorded: &BTreeMap<String, String>,
+) -> Result<Renderer<'a>, Failure> {
+    let passes = wanted(args).passes;
+    match &args.part.resume {
+        None => Ok(renderer.starting_at(passes.start)),
+        Some(path) => saved::resume(renderer, path, sensor, recorded, passes),
+    }
 }
 
 /// Why the image is black, if it is.
@@ -210,7 +226,7 @@ fn check_places(args: &RenderArgs, outputs: &Outputs) -> Result<(), Failure> {
 /// The image's name in a viewer.
 fn shown_as(args: &RenderArgs) -> String {
     let scene = args.scene.file.file_stem().unwrap_or_default().to_string_lossy();
-    format!("{scene}, {} (pathspace)", args.image.integrator)
+    format!("{scene}, {} (pathspace)", args.image.integrator.name())
 }
 
 /// The first object of `--progress json`.
@@ -267,7 +283,7 @@ fn outputs(args: &RenderArgs) -> Result<Outputs, Failure> {
         return Ok(outputs);
     }
     let stem = args.scene.file.file_stem().unwrap_or("pathspace".as_ref());
-    let integrator = args.image.integrator;
+    let integrator = args.image.integrator.name();
     let ends = match args.part.shard {
         Some(Shard { index, count }) => vec![format!("-{integrator}-{index}-of-{count}.exr")],
         None => [".exr", ".png"].map(|extension| format!("-{integrator}{extension}")).to_vec(),
@@ -307,8 +323,11 @@ fn check_memory(args: &RenderArgs, settings: &Settings) -> Result<u64, Failure> 
 }
 
 /// What the image's header says whatever the number of samples.
-fn recorded(args: &RenderArgs, job: &Job<'_>, scene: &Scene) -> BTreeMap<String, String> {
+fn recorded(args: &RenderArgs, job: &Job<'_>, scene: &Scene, reason: Option<String>) -> BTreeMap<String, String> {
     let mut recorded = header::settings(job);
+    if let Some(reason) = reason {
+        recorded.insert("choice".to_owned(), format!("auto: {reason}"));
+    }
     if scene.culls_back_faces() {
         recorded.insert("back-faces".to_owned(), "culled for the camera".to_owned());
     }

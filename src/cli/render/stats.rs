@@ -14,7 +14,7 @@ use serde_json::{Map, Value, json};
 
 use crate::cli::{
     render::{keep::Keeper, pass_loop::Ended},
-    shared::{exit::Failure, header::Job, pictures::Outputs},
+    shared::{choice::described, exit::Failure, header::Job, pictures::Outputs},
 };
 
 /// Raised when a key changes its meaning or goes; new keys may come at any time.
@@ -92,6 +92,7 @@ impl Stats<'_> {
             "height": job.sensor.height,
             "pixels": crop.pixels(),
             "integrator": job.settings.integrator.name(),
+            "choice": described(&job.estimates),
             "threads": threads,
             "spp": renderer.passes(),
             "resumed_spp": ended.moment.resumed,

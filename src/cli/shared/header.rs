@@ -4,6 +4,7 @@
 use std::{collections::BTreeMap, ops::Range};
 
 use pathspace::{
+    choice::Estimate,
     film::{Crop, Film, Header, Sums},
     integrator::{RelativeRoulette, Weighting, Weights},
     io::{NamedCamera, ThinLens, View},
@@ -29,6 +30,8 @@ pub struct Job<'a> {
     pub camera: &'a NamedCamera,
     pub sensor: Sensor,
     pub settings: &'a Settings,
+    /// Of a pilot that has chosen the integrator.
+    pub estimates: Vec<Estimate>,
     /// Within which radii paths merge, if they do.
     pub merging: Option<MergeRadius>,
     /// How next-event estimation chooses.

@@ -1,8 +1,11 @@
 //! What makes the value of a pixel, besides the scene and the number of samples: the options that `render` and `trace`
 //! have in common, so that one explains what the other shows.
 
+use std::path::PathBuf;
+
 use pathspace::{
-    film::Crop,
+    choice::CANDIDATES,
+    film::{Crop, check_writable},
     integrator::{BYTES_OF_A_LIGHT_VERTEX, Integrator, IntegratorKind, RelativeRoulette, Weighting, Weights},
     layers::{Expression, PathClasses},
     path::{Heuristic, Strategy},
@@ -14,7 +17,7 @@ use pathspace::{
 use crate::cli::shared::{
     args::{PathArgs, SizeArgs},
     exit::Failure,
-    values::{self, Preset},
+    values::{self, Asked, Preset},
 };
 
 pub const DEFAULT_SPP: u32 = 64;
@@ -39,8 +42,16 @@ const PATHS: &str =
 #[derive(Debug, clap::Args)]
 pub struct ImageArgs {
     /// How paths are sampled
-    #[arg(short, long, value_name = "NAME", default_value = "bdpt", value_parser = values::integrator())]
-    pub integrator: IntegratorKind,
+    #[arg(short, long, value_name = "NAME", default_value = "auto", value_parser = values::integrator())]
+    pub integrator: Asked,
+
+    /// With -i auto: choose none that merges paths, so that the image has no bias
+    #[arg(long)]
+    pub unbiased: bool,
+
+    /// With -i auto: take the choice from this JSON file, or write it there if there is none yet
+    #[arg(long, value_name = "FILE")]
+    pub choice: Option<PathBuf>,
 
     /// With -i path-hemisphere: directions by the BSDF, or uniform over the hemisphere
     #[arg(long, value_name = "RULE", value_parser = values::directions())]
@@ -156,10 +167,37 @@ impl ImageArgs {
         expression.map(compile).transpose()
     }
 
-    /// Refuses options that the integrator has no use for, and such as contradict each other: somebody expects
-    /// something of them.
-    pub fn refuse_needless(&self) -> Result<(), Failure> {
-        let kind = self.integrator;
+    /// The integrators to choose among, at least one: with `auto` those that have a use for all options.
+    pub fn candidates(&self) -> Result<Vec<IntegratorKind>, Failure> {
+        self.check_depths()?;
+        if let Asked::One(kind) = self.integrator {
+            if self.unbiased || self.choice.is_some() {
+                return Err(Failure::usage(format!("--unbiased and --choice are for -i auto, and this is -i {kind}")));
+            }
+            self.refuse_needless(kind)?;
+            self.only(kind)?;
+            return Ok(vec![kind]);
+        }
+        if let Some(file) = self.choice.as_deref().filter(|file| !file.exists()) {
+            check_writable(file).map_err(|error| Failure::output(error.to_string()))?;
+        }
+        let admitted = |kind: &IntegratorKind| !(kind.merges() && self.unbiased);
+        let suits = |kind: &IntegratorKind| self.refuse_needless(*kind).is_ok();
+        let mut candidates: Vec<_> = CANDIDATES.into_iter().filter(admitted).filter(suits).collect();
+        if candidates.is_empty() {
+            return Err(Failure::usage("-i auto has no integrator for all of these options: choose one by -i"));
+        }
+        if let Some(strategy) = self.only_strategy {
+            // A part of what bdpt does, or of the first that has it.
+            let whole = candidates.iter().rev().find(|kind| !kind.merges() && kind.has(|x| x == strategy));
+            candidates = vec![*whole.unwrap_or(&candidates[0])];
+            self.only(candidates[0])?;
+        }
+        Ok(candidates)
+    }
+
+    /// Refuses options that the integrator has no use for: somebody expects something of them.
+    fn refuse_needless(&self, kind: IntegratorKind) -> Result<(), Failure> {
         if self.hemisphere.is_some() && (!kind.has_strategies() || kind.has(|x| x.s > 0)) {
             return Err(Failure::usage(format!(
                 "--hemisphere says how -i path-hemisphere samples, and this is -i {kind}"
@@ -196,7 +234,7 @@ impl ImageArgs {
         if self.rays.is_some() && !walks_from_camera {
             return none("has no rays at the first surface that --rays could count");
         }
-        self.check_depths()
+        Ok(())
     }
 
     /// Refuses ranges of lengths with no path in them.
@@ -210,9 +248,9 @@ impl ImageArgs {
         Ok(())
     }
 
-    pub fn only(&self) -> Result<Option<(Strategy, Weighting)>, Failure> {
+    fn only(&self, kind: IntegratorKind) -> Result<Option<(Strategy, Weighting)>, Failure> {
         let Some(strategy) = self.only_strategy else { return Ok(None) };
-        if !self.integrator.has_strategies() {
+        if !kind.has_strategies() {
             return Err(Failure::usage(
                 "area sampling has no strategies (s,t): leave --only-strategy out, or choose -i bdpt",
             ));
@@ -228,14 +266,16 @@ impl ImageArgs {
         Ok(Some((strategy, if self.unweighted { Weighting::Unweighted } else { Weighting::Weighted })))
     }
 
-    pub fn settings(&self, crop: Crop, only: Option<(Strategy, Weighting)>) -> Settings {
-        let samples_lights = self.integrator.has(|x| x.s == 1 && x.t >= 2);
+    /// Of one of the candidates.
+    pub fn settings(&self, kind: IntegratorKind, crop: Crop) -> Result<Settings, Failure> {
+        let (description, only) = (kind.description(), self.only(kind)?);
+        let samples_lights = kind.has(|x| x.s == 1 && x.t >= 2);
         // Without MIS, next-event samples alone count for direct light: splitting adds none.
-        let follows_directions = self.integrator.description().heuristic != Heuristic::FirstSupported;
-        Settings {
-            integrator: self.integrator,
+        let follows_directions = description.heuristic != Heuristic::FirstSupported;
+        Ok(Settings {
+            integrator: kind,
             hemisphere: self.hemisphere.unwrap_or_default(),
-            max_depth: self.max_depth().min(self.integrator.description().longest_path),
+            max_depth: self.max_depth().min(description.longest_path),
             min_depth: self.min_depth,
             light_samples: self.rays.filter(|_| samples_lights).or(self.light_samples).unwrap_or(1),
             splits: self.rays.filter(|_| follows_directions).or(self.splits).unwrap_or(1),
@@ -243,20 +283,25 @@ impl ImageArgs {
             light_vertices: self.light_vertices,
             merge_radius: self.merge_radius,
             connection_roulette: self.connection_roulette,
-            roulette: self.paths.roulette.unwrap_or(self.integrator.description().roulette),
+            roulette: self.paths.roulette.unwrap_or(description.roulette),
             only,
-            weights: self.weights.unwrap_or(self.integrator.description().weights),
-            sampler: self.sampler.unwrap_or(self.integrator.description().sampler),
+            weights: self.weights.unwrap_or(description.weights),
+            sampler: self.sampler.unwrap_or(description.sampler),
             seed: self.paths.seed,
             filter: self.filter,
             crop,
             clamp: self.clamp,
             background: if self.transparent { Background::Transparent } else { Background::Shown },
-        }
+        })
     }
 
     /// Refuses more light vertices for merges than there is room for.
-    pub fn check_light_vertices(&self, integrator: &Integrator, scene: &Scene, of_image: u64) -> Result<(), Failure> {
+    pub fn check_light_vertices(
+        &self,
+        (kind, integrator): (IntegratorKind, &Integrator),
+        scene: &Scene,
+        of_image: u64,
+    ) -> Result<(), Failure> {
         let kept = integrator.kept_memory(scene);
         let limit = self.size.memory_limit.0.saturating_sub(of_image).min(MOST_KEPT);
         // Light paths have numbers of 32 bits, too.
@@ -265,9 +310,8 @@ impl ImageArgs {
             return Ok(());
         }
         Err(Failure::usage(format!(
-            "-i {} would keep the light vertices of {paths} light paths in a pass, about {} MiB, where {} MiB are \
+            "-i {kind} would keep the light vertices of {paths} light paths in a pass, about {} MiB, where {} MiB are \
              left: a smaller image, fewer --light-paths, a lower --max-depth, or --memory-limit",
-            self.integrator,
             kept >> 20,
             limit >> 20
         )))

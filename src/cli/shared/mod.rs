@@ -2,6 +2,7 @@
 
 pub mod args;
 pub mod camera;
+pub mod choice;
 pub mod environment;
 pub mod exit;
 pub mod header;

@@ -71,8 +71,31 @@ impl Preset {
     }
 }
 
-pub fn integrator() -> impl TypedValueParser<Value = IntegratorKind> {
-    one_of(IntegratorKind::ALL.into_iter())
+/// `-i`: an integrator, or that which a pilot chooses.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Asked {
+    Auto,
+    One(IntegratorKind),
+}
+
+impl Asked {
+    const AUTO: &str = "auto";
+
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Auto => Self::AUTO,
+            Self::One(kind) => kind.name(),
+        }
+    }
+}
+
+pub fn integrator() -> impl TypedValueParser<Value = Asked> {
+    let auto = PossibleValue::new(Asked::AUTO).help(
+        "The one of path, hybrid, bdpt and vcm that needs the least work for the same noise, which a small pilot image \
+         foretells",
+    );
+    PossibleValuesParser::new([auto].into_iter().chain(described(IntegratorKind::ALL.into_iter())))
+        .try_map(|name| if name == Asked::AUTO { Ok(Asked::Auto) } else { name.parse().map(Asked::One) })
 }
 
 /// The integrators that `verify` can compare: those that sample the whole integral, whatever the length of a path, and
@@ -82,8 +105,11 @@ pub fn comparable() -> impl TypedValueParser<Value = IntegratorKind> {
 }
 
 fn one_of(kinds: impl Iterator<Item = IntegratorKind>) -> impl TypedValueParser<Value = IntegratorKind> {
-    let described = kinds.map(|kind| PossibleValue::new(kind.name()).help(kind.description().what));
-    PossibleValuesParser::new(described).try_map(|name| name.parse::<IntegratorKind>())
+    PossibleValuesParser::new(described(kinds)).try_map(|name| name.parse::<IntegratorKind>())
+}
+
+fn described(kinds: impl Iterator<Item = IntegratorKind>) -> impl Iterator<Item = PossibleValue> {
+    kinds.map(|kind| PossibleValue::new(kind.name()).help(kind.description().what))
 }
 
 /// One of `all`, by the name that `name` gives it.

@@ -25,7 +25,7 @@ pub fn describe(job: &Job<'_>, scene: &Scene, trace: &Trace<'_>) -> Value {
         "width": job.sensor.width,
         "height": job.sensor.height,
         "pixel": job.args.pixel,
-        "integrator": job.args.image.integrator.name(),
+        "integrator": job.integrator.name(),
         "spp": trace.passes,
         "value": trace.value.to_array().map(exact),
         "contributions": trace.contributions,

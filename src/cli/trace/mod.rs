@@ -6,6 +6,7 @@ mod text;
 use glam::DVec3;
 use pathspace::{
     film::Crop,
+    integrator::IntegratorKind,
     path::JoinedPath,
     scene::{
         Scene,
@@ -19,6 +20,7 @@ use pathspace::{
 use crate::cli::shared::{
     args::{SceneArgs, VerbosityArgs},
     camera,
+    choice::{Chosen, Task},
     exit::{Exit, Failure},
     image::{DEFAULT_SPP, DEFAULT_WIDTH, ImageArgs, check_light_samples, check_light_subpaths},
     opened::Opened,
@@ -64,6 +66,7 @@ pub struct TraceArgs {
 /// Which pixel of what is traced.
 struct Job<'a> {
     args: &'a TraceArgs,
+    integrator: IntegratorKind,
     sensor: Sensor,
     scene_hash: String,
 }
@@ -72,23 +75,25 @@ struct Job<'a> {
 pub fn run(args: &TraceArgs) -> Result<Exit, Failure> {
     let terminal = Terminal::new(args.verbosity.verbosity());
     let image = &args.image;
-    let only = image.only()?;
-    image.refuse_needless()?;
+    let candidates = image.candidates()?;
     let pool = image.paths.thread_pool()?;
 
     let opened = Opened::read(&args.scene, terminal)?;
     let sensor = camera::sensor(&image.size, DEFAULT_WIDTH, image.filter.padding(), &opened.view);
-    let settings = image.settings(pixel(args, sensor)?, only);
+    let crop = pixel(args, sensor)?;
+    let settings = image.settings(candidates[0], crop)?;
     check_light_subpaths(&settings)?;
     let scene_hash = opened.loaded.hash.clone();
     let (scene, _) = opened.into_scene(&args.scene, sensor, terminal)?;
-    let lights = image.paths.lights.unwrap_or_else(|| image.integrator.choice_among(scene.lights()));
-    let scene = scene.choosing_lights(lights);
+    let lights = image.paths.lights.unwrap_or_else(|| candidates[0].choice_among(scene.lights()));
+    let mut scene = scene.choosing_lights(lights);
     check_light_samples(&scene, &settings)?;
     let kept = image.kept(&scene)?;
+    let task = Task { image, candidates: &candidates, crop, scene_hash: &scene_hash, kept: kept.as_ref() };
+    let Chosen { settings, .. } = pool.install(|| task.choose(&mut scene, terminal))?;
     let keep = |path: &JoinedPath| kept.as_ref().is_none_or(|(_, kept)| kept.holds(&scene, path));
     let mut tracer = pool.install(|| Tracer::new(&scene, &settings, Some(&keep), args.top as usize));
-    image.check_light_vertices(tracer.integrator(), &scene, 0)?;
+    image.check_light_vertices((settings.integrator, tracer.integrator()), &scene, 0)?;
 
     let mut progress = Progress::new(Style::Auto, terminal);
     for pass in 0..args.spp {
@@ -103,7 +108,7 @@ pub fn run(args: &TraceArgs) -> Result<Exit, Failure> {
     for (technique, count) in &trace.rejected {
         terminal.warn(format_args!("technique {technique} made {count} contributions that are no number, left out"));
     }
-    let job = Job { args, sensor, scene_hash };
+    let job = Job { args, integrator: settings.integrator, sensor, scene_hash };
     if args.json {
         terminal::answer(format_args!("{:#}", json::describe(&job, &scene, &trace)));
     } else {

@@ -21,7 +21,7 @@ const BETTER: f64 = 1.5;
 
 /// The pixel, and each of its largest contributions. Writing to a string cannot fail.
 pub fn describe(job: &Job<'_>, scene: &Scene, trace: &Trace<'_>) -> String {
-    let ([x, y], kind) = (job.args.pixel, job.args.image.integrator);
+    let ([x, y], kind) = (job.args.pixel, job.integrator);
     let mut text = String::new();
     let _ = writeln!(
         text,

@@ -187,7 +187,7 @@ proptest! {
                 .map(|(np, weight)| f64::from(weight).powi(2) / np)
                 .sum();
             for found in strategies().filter(|x| np(*x, &all) > 0.0) {
-                let relative = relative_deposit(&path, found, &all, &table, heuristic);
+                let relative = relative_deposit(&path, Technique::Bidirectional(found), &all, &table, heuristic);
                 if supported.is_empty() {
                     prop_assert!(relative == f64::INFINITY);
                 } else {
@@ -251,6 +251,29 @@ proptest! {
             }
         }
         prop_assert!(is_covered(&path, &table) == all.iter().any(|x| np(*x) > 0.0));
+        // What one find deposits is the second moment, whichever table found the path, and by what.
+        let others = Techniques::new(SENSOR, 8, |x| u32::from(x.s >= 1 && x.t >= 2));
+        for (own, whole) in [(&table, &others), (&others, &table)] {
+            for heuristic in [Heuristic::Balance, Heuristic::Power] {
+                let moment = |x: &Technique| match expected(&path, *x, whole) {
+                    Some((Strategy { t, .. }, own)) if own > 0.0 => {
+                        let np = f64::from(own) * prefix(t) * suffix(t);
+                        f64::from(mis_weight(&path, *x, whole, heuristic)).powi(2) / np
+                    }
+                    _ => 0.0,
+                };
+                let exact: f64 = all.iter().map(moment).sum();
+                for found in &all {
+                    let Some((Strategy { t, .. }, n)) = expected(&path, *found, own) else { continue };
+                    let np = f64::from(n) * prefix(t) * suffix(t);
+                    if np > 0.0 && exact > 0.0 {
+                        let relative = relative_deposit(&path, *found, own, whole, heuristic);
+                        let off = (relative / (exact * np) - 1.0).abs();
+                        prop_assert!(off < 1e-3, "{heuristic:?} {found}: {relative} for {}", exact * np);
+                    }
+                }
+            }
+        }
     }
 
     #[test]

@@ -123,6 +123,13 @@ impl Camera {
         Self { projection, ..self }
     }
 
+    /// The same camera with an image of another size: as much of the scene over its height, and over its width as the
+    /// image's shape has it.
+    #[must_use]
+    pub fn with_sensor(self, sensor: Sensor) -> Self {
+        Self { sensor, pixel: self.pixel * (self.sensor.height as f32 / sensor.height as f32), ..self }
+    }
+
     /// Whether it sees along one direction.
     pub fn is_orthographic(&self) -> bool {
         matches!(self.projection, Projection::Orthographic)

@@ -1,0 +1,178 @@
+//! `auto`: which integrator needs the least work for the same noise, foretold by a pilot.
+//!
+//! The pilot is a small image of the whole scene. What is frequent in it is measured: every candidate renders it twice,
+//! and the two images differ by its noise ([`frequent`]). What is too rare to be met in so few samples, such as the
+//! light that a path tracer finds through a glass once in ten thousand samples, is foretold from one pass with all
+//! techniques, by what each candidate would deposit for such a path ([`rare`]). Work is counted and not timed
+//! ([`Work`]), so that the choice is a function of the scene, the settings and the seed alone.
+//!
+//! The idea of a pilot with all techniques, whose samples tell the second moments of others, is from Grittmann et al.
+//! 2022, *Efficiency-aware multiple importance sampling for bidirectional rendering algorithms*.
+
+mod frequent;
+mod rare;
+#[cfg(test)]
+mod tests;
+mod work;
+
+pub use self::work::Work;
+use self::{
+    frequent::Measured,
+    rare::{Bounds, Rare},
+};
+use crate::{
+    film::Crop,
+    integrator::IntegratorKind,
+    path::JoinedPath,
+    render::Settings,
+    sampling::Filter,
+    scene::{Scene, camera::Sensor},
+};
+
+/// The integrators to choose among, from the simplest to the one with the most techniques.
+pub const CANDIDATES: [IntegratorKind; 4] =
+    [IntegratorKind::Path, IntegratorKind::Hybrid, IntegratorKind::Bdpt, IntegratorKind::Vcm];
+
+/// The pixels of the pilot for each of the image's, and how many there are at least and at most.
+const PART: f64 = 1.0 / 64.0;
+const PIXELS: [f64; 2] = [32.0 * 32.0, 64.0 * 64.0];
+/// The part of the pixels that counts: what is noisy in a few of them only is left out, as
+/// [`ENOUGH_TILES`](crate::film::ENOUGH_TILES) leaves tiles out.
+const ENOUGH_PIXELS: f64 = 0.98;
+/// What is much darker than this part of the image's mean is compared with it.
+const DARK: f64 = 0.1;
+/// A simpler integrator is chosen if it needs so much more than the best at most: the pilot is no more exact.
+const AS_GOOD: f64 = 1.05;
+/// A candidate that misses so much more of the light than another is none.
+const MISSED: f64 = 1e-3;
+
+/// Which paths are in the image.
+pub type Keep<'a> = dyn Fn(&Scene, &JoinedPath) -> bool + Sync + 'a;
+
+/// What the pilot says of a candidate.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Estimate {
+    /// The candidate.
+    pub integrator: IntegratorKind,
+    /// The mean squared error of one sample per pixel, relative to the pixel.
+    pub error: f64,
+    /// What a sample of a pixel takes.
+    pub work: Work,
+    /// The part of the image's light that it cannot find.
+    pub missed: f64,
+}
+
+impl Estimate {
+    /// How much work an image of a given noise is, in units that all candidates have in common.
+    pub fn needed(&self) -> f64 {
+        self.error * self.work.cost()
+    }
+}
+
+/// The candidate to take, and what is known of all.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Choice {
+    /// Its place in the list.
+    pub chosen: usize,
+    /// In the order of the candidates.
+    pub estimates: Vec<Estimate>,
+}
+
+impl Choice {
+    /// Of those that find all the light that any does: the first that is about as good as the best. Where the pilot has
+    /// seen no light at all, the last.
+    fn among(estimates: Vec<Estimate>) -> Self {
+        let least = estimates.iter().map(|x| x.missed).fold(f64::INFINITY, f64::min);
+        let finds_all = |x: &Estimate| x.missed <= least + MISSED;
+        let best = estimates.iter().filter(|x| finds_all(x)).map(Estimate::needed).fold(f64::INFINITY, f64::min);
+        let is_good = |x: &Estimate| finds_all(x) && best > 0.0 && x.needed() <= AS_GOOD * best;
+        let chosen = estimates.iter().position(is_good).unwrap_or(estimates.len() - 1);
+        Self { chosen, estimates }
+    }
+
+    /// The integrator to take.
+    pub fn integrator(&self) -> IntegratorKind {
+        self.estimates[self.chosen].integrator
+    }
+
+    /// Why, for readers: what the others lack.
+    pub fn reason(&self) -> String {
+        let own = &self.estimates[self.chosen];
+        let others = || self.estimates.iter().filter(|x| x.integrator != own.integrator);
+        if others().next().is_none() {
+            return "there is no other".to_owned();
+        }
+        if own.error == 0.0 {
+            return "the pilot has seen no noise".to_owned();
+        }
+        let misses = |x: &&Estimate| x.missed > own.missed + MISSED;
+        let list = |all: Vec<String>| (!all.is_empty()).then(|| all.join(", "));
+        let needs = |x: &Estimate| format!("{} needs {:.1} times the work", x.integrator, x.needed() / own.needed());
+        let lacks = |x: &Estimate| format!("{} misses {:.1} % of the light", x.integrator, 100.0 * x.missed);
+        let needs = list(others().filter(|x| !misses(x)).map(needs).collect());
+        let needs = needs.map(|needs| format!("for the same noise {needs}"));
+        let lacks = list(others().filter(misses).map(lacks).collect());
+        needs.into_iter().chain(lacks).collect::<Vec<_>>().join("; ")
+    }
+}
+
+/// Chooses among candidates for an image of the scene's camera; `keep` as for
+/// [`Renderer::keeping`](crate::render::Renderer::keeping). The scene is the same afterwards.
+///
+/// The candidates' crops, clamps and filters make no difference: the pilot has the whole image, and one size for all.
+///
+/// # Panics
+/// Without candidates.
+pub fn choose(scene: &mut Scene, candidates: &[Settings], keep: Option<&Keep<'_>>) -> Choice {
+    let camera = scene.camera;
+    scene.camera = camera.with_sensor(reduced(camera.sensor()));
+    let estimates = estimates(scene, candidates, keep);
+    scene.camera = camera;
+    Choice::among(estimates)
+}
+
+/// The pilot's size.
+fn reduced(Sensor { width, height, .. }: Sensor) -> Sensor {
+    let pixels = f64::from(width) * f64::from(height);
+    let [least, most] = PIXELS;
+    let scale = ((pixels * PART).clamp(least, most) / pixels).sqrt().min(1.0);
+    let side = |x: u32| ((f64::from(x) * scale).round() as u32).max(1);
+    Sensor { width: side(width), height: side(height), padding: 0 }
+}
+
+/// Of the camera's image as it is.
+fn estimates(scene: &Scene, candidates: &[Settings], keep: Option<&Keep<'_>>) -> Vec<Estimate> {
+    let sensor = scene.camera.sensor();
+    let whole = |settings: &Settings| {
+        let crop = Crop::full(sensor);
+        Settings { crop, filter: Filter::Box, clamp: None, only: None, ..settings.clone() }
+    };
+    let candidates: Vec<_> = candidates.iter().map(whole).collect();
+    let widest = candidates.last().expect("a candidate");
+    let bounds = Bounds::around(frequent::typical_value(scene, widest, keep));
+    let measured: Vec<_> = candidates.iter().map(|x| Measured::new(scene, x, bounds.common, keep)).collect();
+    let rare = Rare::foretell(scene, widest, &measured, bounds, keep);
+    let missed = |candidate: usize| if rare.light > 0.0 { rare.missed[candidate] / rare.light } else { 0.0 };
+    let complete: Vec<_> = (0..measured.len()).filter(|x| missed(*x) <= MISSED).map(|x| &measured[x]).collect();
+    let brightness =
+        frequent::brightness(if complete.is_empty() { measured.iter().collect() } else { complete }, sensor);
+    let dark = DARK * brightness.iter().sum::<f64>() / brightness.len() as f64;
+    let estimate = |(candidate, measured): (usize, &Measured)| {
+        let of_pixel = |(pixel, brightness): (usize, &f64)| {
+            let squared = measured.variance(pixel) + rare.squares[candidate][pixel];
+            // Nothing is as dark as what is black, in which there is no deviation either.
+            squared / (brightness * brightness + dark * dark).max(f64::MIN_POSITIVE)
+        };
+        let mut errors: Vec<_> = brightness.iter().enumerate().map(of_pixel).collect();
+        errors.sort_by(f64::total_cmp);
+        errors.truncate((ENOUGH_PIXELS * errors.len() as f64).ceil() as usize);
+        let merges = if measured.integrator.merges() { rare.merges / f64::from(sensor.pixels()) } else { 0.0 };
+        Estimate {
+            integrator: candidates[candidate].integrator,
+            error: errors.iter().sum::<f64>() / errors.len() as f64,
+            work: Work { merges, ..measured.work },
+            missed: missed(candidate),
+        }
+    };
+    measured.iter().enumerate().map(estimate).collect()
+}

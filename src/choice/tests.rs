@@ -1,0 +1,157 @@
+use std::path::Path;
+
+use super::*;
+use crate::{
+    io,
+    math::{Rgb, luminance},
+    render::{Collector, Renderer},
+};
+
+const SENSOR: Sensor = Sensor { width: 192, height: 144, padding: 0 };
+
+fn scene(name: &str) -> Scene {
+    let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes").join(name);
+    let loaded = io::load(&file).expect("a scene of this repository");
+    let camera = loaded.cameras[0].to_camera(SENSOR);
+    let scene = loaded.into_scene(camera, None);
+    let lights = scene.lights().suitable_choice();
+    scene.choosing_lights(lights)
+}
+
+fn candidates() -> Vec<Settings> {
+    let usual = |kind: IntegratorKind| {
+        let description = kind.description();
+        Settings {
+            integrator: kind,
+            roulette: description.roulette,
+            sampler: description.sampler,
+            weights: description.weights,
+            max_depth: 8,
+            ..Settings::new(SENSOR)
+        }
+    };
+    CANDIDATES.into_iter().map(usual).collect()
+}
+
+fn estimate(integrator: IntegratorKind, error: f64, missed: f64) -> Estimate {
+    Estimate { integrator, error, work: Work { camera: 1.0, ..Work::default() }, missed }
+}
+
+#[test]
+fn the_best_is_chosen_that_finds_all_light() {
+    let [path, hybrid, bdpt, vcm] = CANDIDATES;
+    let chosen = |errors: [f64; 4], missed: [f64; 4]| {
+        let all = CANDIDATES.into_iter().zip(errors).zip(missed);
+        Choice::among(all.map(|((kind, error), missed)| estimate(kind, error, missed)).collect()).integrator()
+    };
+    assert_eq!(chosen([4.0, 3.0, 2.0, 1.0], [0.0; 4]), vcm);
+    assert_eq!(chosen([4.0, 3.0, 2.0, 2.5], [0.0; 4]), bdpt);
+    // As good as the best is good enough for a simpler one.
+    assert_eq!(chosen([4.0, 2.05, 2.0, 2.5], [0.0; 4]), hybrid);
+    assert_eq!(chosen([1.0, 3.0, 2.0, 4.0], [0.02, 0.0, 0.0, 0.0]), bdpt);
+    // If all miss something, those count that miss the least.
+    assert_eq!(chosen([1.0, 3.0, 2.0, 4.0], [0.02, 0.02, 0.01, 0.01]), bdpt);
+    assert_eq!(chosen([1.0, 3.0, 2.0, 4.0], [0.02; 4]), path);
+    assert_eq!(chosen([0.0; 4], [0.0; 4]), vcm);
+}
+
+#[test]
+fn a_choice_says_what_the_others_lack() {
+    let [path, hybrid, bdpt, _] = CANDIDATES;
+    let estimates = vec![estimate(path, 1.0, 0.25), estimate(hybrid, 6.0, 0.0), estimate(bdpt, 2.0, 0.0)];
+    let choice = Choice::among(estimates);
+    assert_eq!(choice.integrator(), bdpt);
+    assert_eq!(choice.reason(), "for the same noise hybrid needs 3.0 times the work; path misses 25.0 % of the light");
+}
+
+#[test]
+fn a_pilot_is_small_and_has_the_image_s_shape() {
+    let of = |width, height| {
+        let Sensor { width, height, .. } = reduced(Sensor { width, height, padding: 2 });
+        [width, height]
+    };
+    assert_eq!(of(512, 512), [64, 64]);
+    assert_eq!(of(7680, 4320), [85, 48]);
+    assert_eq!(of(256, 256), [32, 32]);
+    assert_eq!(of(16, 8), [16, 8]);
+    assert_eq!(of(100_000, 1), [1024, 1]);
+}
+
+/// Neither threads nor an earlier pilot make a difference, and the scene stays what it was.
+#[test]
+fn a_choice_is_a_function_of_scene_and_settings() {
+    let mut scene = scene("caustic-ring.glb");
+    let pilot = |scene: &mut Scene, threads: usize| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("threads");
+        pool.install(|| choose(scene, &candidates(), None))
+    };
+    let [first, second] = [1, 3].map(|threads| pilot(&mut scene, threads));
+    assert_eq!(first, second);
+    assert_eq!(scene.camera.sensor(), SENSOR);
+}
+
+/// The paths that are not in the image make no noise in it.
+#[test]
+fn what_is_left_out_does_not_count() {
+    let mut scene = scene("caustic-ring.glb");
+    let error = |choice: &Choice, kind| choice.estimates.iter().find(|x| x.integrator == kind).map(|x| x.error);
+    let all = choose(&mut scene, &candidates(), None);
+    let direct = choose(&mut scene, &candidates(), Some(&|_, path| path.to_path().edges() <= 2));
+    for kind in [IntegratorKind::Path, IntegratorKind::Bdpt] {
+        assert!(error(&direct, kind) < error(&all, kind).map(|error| 0.5 * error), "{all:?} {direct:?}");
+    }
+}
+
+/// Sees what an integrator really deposits.
+struct Deposits {
+    bounds: Bounds,
+    light: f64,
+    excess: f64,
+}
+
+impl Collector for Deposits {
+    fn collect(&mut self, _: &JoinedPath, value: Rgb) {
+        let Bounds { common, white } = self.bounds;
+        let size = f64::from(luminance(value));
+        self.light += size;
+        self.excess += (size.min(white).powi(2) - common * common).max(0.0);
+    }
+}
+
+/// What all techniques foretell of the rare finds of one integrator is what it finds, with many more samples.
+#[test]
+fn rare_finds_are_foretold() {
+    let mut scene = scene("caustic-sphere.glb");
+    scene.camera = scene.camera.with_sensor(Sensor { width: 32, height: 24, padding: 0 });
+    let candidates: Vec<_> =
+        candidates().into_iter().map(|x| Settings { crop: Crop::full(scene.camera.sensor()), ..x }).collect();
+    let widest = candidates.last().expect("a candidate");
+    let typical = frequent::typical_value(&scene, widest, None);
+    let bounds = Bounds { common: 4.0 * typical, white: 40.0 * typical };
+    let measured: Vec<_> = candidates.iter().map(|x| Measured::new(&scene, x, bounds.common, None)).collect();
+    const PILOTS: u32 = 24;
+    let of_seed = |seed: u32| {
+        let widest = Settings { seed: seed.into(), ..widest.clone() };
+        Rare::foretell(&scene, &widest, &measured, bounds, None)
+    };
+    let pilots: Vec<_> = (0..PILOTS).map(of_seed).collect();
+    for (candidate, passes) in [(0, 3000), (1, 1500), (2, 1500)] {
+        let foretold: f64 = pilots.iter().flat_map(|pilot| &pilot.squares[candidate]).sum::<f64>() / f64::from(PILOTS);
+        let mut renderer = Renderer::new(&scene, &candidates[candidate]);
+        let (mut light, mut excess) = (0.0, 0.0);
+        for _ in 0..passes {
+            for found in renderer.pass_into(|| Deposits { bounds, light: 0.0, excess: 0.0 }) {
+                light += found.light;
+                excess += found.excess;
+            }
+        }
+        let [light, excess] = [light, excess].map(|sum| sum / f64::from(passes));
+        let kind = candidates[candidate].integrator;
+        println!("{kind}: foretold {foretold}, found {excess}, light {light}");
+        let ratio = foretold / excess;
+        assert!((0.8..1.25).contains(&ratio), "{kind}: foretold {foretold}, found {excess}");
+        // And merging finds the light that this one does.
+        let foretold = pilots.iter().map(|pilot| pilot.light).sum::<f64>() / f64::from(PILOTS);
+        assert!((foretold / light - 1.0).abs() < 0.05, "{kind}: {foretold} {light}");
+    }
+}

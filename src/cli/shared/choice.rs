@@ -1,0 +1,112 @@
+//! Which integrator renders: the one that was asked for, or the one that a pilot chooses.
+
+use std::{fs, io, path::Path};
+
+use pathspace::{
+    choice::{Choice, Estimate, choose},
+    film::{Crop, write_atomically},
+    integrator::IntegratorKind,
+    layers::PathClasses,
+    path::JoinedPath,
+    render::Settings,
+    scene::Scene,
+};
+use serde_json::{Value, json};
+
+use crate::cli::shared::{exit::Failure, image::ImageArgs, terminal::Terminal};
+
+/// The settings to render with, and where they come from.
+pub struct Chosen {
+    pub settings: Settings,
+    /// Why this integrator, if nobody asked for it.
+    pub reason: Option<String>,
+    /// What the pilot has foretold, if there was one.
+    pub estimates: Vec<Estimate>,
+}
+
+/// What a choice is made for.
+pub struct Task<'a> {
+    pub image: &'a ImageArgs,
+    /// What [`ImageArgs::candidates`] says.
+    pub candidates: &'a [IntegratorKind],
+    pub crop: Crop,
+    pub scene_hash: &'a str,
+    /// What [`ImageArgs::kept`] says.
+    pub kept: Option<&'a (String, PathClasses)>,
+}
+
+impl Task<'_> {
+    /// Asks the pilot, or the file that has its answer, where there are several candidates.
+    pub fn choose(&self, scene: &mut Scene, terminal: Terminal) -> Result<Chosen, Failure> {
+        let settings = |kind: IntegratorKind| self.image.settings(kind, self.crop);
+        let [first, .., _] = *self.candidates else {
+            return Ok(Chosen { settings: settings(self.candidates[0])?, reason: None, estimates: Vec::new() });
+        };
+        let file = self.image.choice.as_deref();
+        if let Some((kind, reason)) = file.map(|file| self.read(file)).transpose()?.flatten() {
+            return Ok(Chosen { settings: settings(kind)?, reason: Some(reason), estimates: Vec::new() });
+        }
+        terminal.detail(format_args!("choosing between {first} and {} others", self.candidates.len() - 1));
+        let candidates = self.candidates.iter().map(|kind| settings(*kind)).collect::<Result<Vec<_>, _>>()?;
+        let holds = |scene: &Scene, path: &JoinedPath| self.kept.is_none_or(|(_, kept)| kept.holds(scene, path));
+        let choice = choose(scene, &candidates, self.kept.map(|_| &holds as _));
+        if let Some(file) = file {
+            self.write(file, &choice)?;
+        }
+        let (integrator, reason) = (choice.integrator(), choice.reason());
+        terminal.say(format_args!("auto: {integrator}, since {reason}"));
+        Ok(Chosen { settings: settings(integrator)?, reason: Some(reason), estimates: choice.estimates })
+    }
+
+    /// What a file says, if it is there.
+    fn read(&self, file: &Path) -> Result<Option<(IntegratorKind, String)>, Failure> {
+        let name = file.display();
+        let text = match fs::read_to_string(file) {
+            Ok(text) => text,
+            Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(None),
+            Err(error) => return Err(Failure::input(format!("cannot read '{name}': {error}"))),
+        };
+        let is_none = |why: &str| Failure::input(format!("'{name}' holds no choice: {why}"));
+        let choice: Value = serde_json::from_str(&text).map_err(|error| is_none(&error.to_string()))?;
+        if choice["scene"].as_str().is_some_and(|scene| scene != self.scene_hash) {
+            return Err(Failure::input(format!(
+                "the choice in '{name}' is for another scene: take another file, or choose by -i"
+            )));
+        }
+        let kind = choice["integrator"].as_str().ok_or_else(|| is_none("it names no 'integrator'"))?;
+        let among = self.candidates.iter().find(|candidate| candidate.name() == kind).ok_or_else(|| {
+            let known: Vec<_> = self.candidates.iter().map(|candidate| candidate.name()).collect();
+            is_none(&format!("'{kind}' is none of {}", known.join(", ")))
+        })?;
+        Ok(Some((*among, choice["reason"].as_str().unwrap_or("by a file").to_owned())))
+    }
+
+    fn write(&self, file: &Path, choice: &Choice) -> Result<(), Failure> {
+        let saved = json!({
+            "scene": self.scene_hash,
+            "integrator": choice.integrator().name(),
+            "reason": choice.reason(),
+            "estimates": described(&choice.estimates),
+        });
+        let text = format!("{saved:#}\n");
+        write_atomically(file, text.as_bytes()).map_err(|error| Failure::output(error.to_string()))
+    }
+}
+
+/// What a pilot has foretold, in JSON.
+pub fn described(estimates: &[Estimate]) -> Vec<Value> {
+    let of_one = |estimate: &Estimate| {
+        let work = estimate.work;
+        json!({
+            "integrator": estimate.integrator.name(),
+            "error": estimate.error,
+            "missed": estimate.missed,
+            "camera_rays": work.camera,
+            "light_rays": work.light,
+            "visibility_rays": work.visibility,
+            "merges": work.merges,
+            "cost": work.cost(),
+        })
+    };
+    estimates.iter().map(of_one).collect()
+}
