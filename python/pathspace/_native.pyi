@@ -2,9 +2,28 @@
 
 from collections.abc import Callable, Sequence
 from os import PathLike
+from typing import final
+
+__all__ = [
+    "__version__",
+    "Scene",
+    "Picture",
+    "Settings",
+    "Path",
+    "Pixels",
+    "options",
+    "render",
+    "prepare",
+    "sample_paths",
+    "lay",
+    "verify",
+    "converge",
+    "main",
+]
 
 __version__: str
 
+@final
 class Scene:
     @staticmethod
     def load(words: Sequence[str]) -> Scene: ...
@@ -21,6 +40,7 @@ class Scene:
     @property
     def triangles(self) -> int: ...
 
+@final
 class Settings:
     @property
     def words(self) -> list[str]: ...
@@ -30,6 +50,7 @@ class Settings:
 _Vector = tuple[float, float, float]
 _Technique = tuple[str, int, int]
 
+@final
 class Path:
     @property
     def edges(self) -> int: ...
@@ -51,6 +72,7 @@ class Path:
         self, settings: Settings | None = None
     ) -> list[tuple[str, int, int, float, float, float | None, float, float]]: ...
 
+@final
 class Pixels:
     def __new__(cls, width: int, height: int, rgb: bytes, halves: tuple[bytes, bytes] | None = None) -> Pixels: ...
     @staticmethod
@@ -62,6 +84,7 @@ class Pixels:
     def errors(self, reference: Pixels) -> tuple[list[tuple[str, float]], float]: ...
     def p_of_no_bias(self, other: Pixels) -> float | None: ...
 
+@final
 class Picture:
     @property
     def shape(self) -> tuple[int, int]: ...

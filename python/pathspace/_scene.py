@@ -116,7 +116,8 @@ class Scene:
         shards are for the command line, but ``resume`` goes on from one.
 
         ``progress`` is True for a bar, or a function of a :class:`pathspace.Progress`. The interpreter's lock is
-        released while rays are traced, and Ctrl-C ends the render after the pass that it comes in.
+        released while rays are traced, and Ctrl-C ends a render on the main thread after the pass that it comes in.
+        As on the command line, the trees over the scene are built for each render.
 
         Raises :class:`pathspace.UsageError` with the sentence of the command line for options that make no sense,
         :class:`pathspace.InputError` for files that cannot be read, and TypeError for keywords that are no options.

@@ -89,7 +89,7 @@ def test_places_where_nothing_can_be_written(cornell: ps.Scene, tmp_path: Path) 
 
 def test_warnings_are_warnings(cornell: ps.Scene) -> None:
     with pytest.warns(ps.PathspaceWarning, match="the image is black") as caught:
-        cornell.render(width=8, spp=1, max_depth=1, crop=(0, 7, 8, 8))
+        cornell.render(integrator="bdpt", width=8, spp=1, max_depth=1, crop=(0, 7, 8, 8))
     assert caught[0].filename == __file__
 
 
@@ -99,7 +99,7 @@ import pathspace as ps
 scene = ps.load(sys.argv[1])
 print("ready", flush=True)
 try:
-    scene.render(width=64, time="60s")
+    scene.render(integrator="bdpt", width=64, time="60s")
 except KeyboardInterrupt:
     print("interrupted", flush=True)
     # Nothing of the render is left to hinder the next one.

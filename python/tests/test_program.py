@@ -45,7 +45,7 @@ def test_a_comparison_that_fails(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize(("number", "code"), [(signal.SIGINT, 130), (signal.SIGTERM, 143)])
 def test_signals_finish_the_pass_and_keep_it(number: signal.Signals, code: int, tmp_path: Path) -> None:
-    words = ["render", CORNELL, "--time=60s", "--width=64", "-o", "image.exr", "--progress=plain"]
+    words = ["render", CORNELL, "-i=bdpt", "--time=60s", "--width=64", "-o", "image.exr", "--progress=plain"]
     with subprocess.Popen([*wheel_program(), *words], cwd=tmp_path, stderr=subprocess.PIPE, text=True) as process:
         assert process.stderr is not None
         while "spp" not in process.stderr.readline():

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 import threading
 from pathlib import Path
 from typing import Any
@@ -92,10 +93,16 @@ def test_what_is_said_of_an_image(cornell: ps.Scene) -> None:
     assert cornell.render(width=8, spp=1).variance is None
 
 
-def test_defaults_are_those_of_the_program(cornell: ps.Scene) -> None:
+def test_defaults_are_those_of_the_program(cornell: ps.Scene, caplog: pytest.LogCaptureFixture) -> None:
+    """Among them the integrator that a pilot chooses, which says so from a thread of the render's pool."""
     described = {name: default for name, _, default in _native.options("render")}
-    image = cornell.render(width=8)
-    assert image.header["integrator"] == described["integrator"] and image.spp == 64
+    assert described["integrator"] == "auto"
+    with caplog.at_level(logging.INFO, "pathspace"):
+        image = cornell.render(width=8)
+    assert image.spp == 64
+    (said,) = [line for line in caplog.messages if line.startswith("auto: ")]
+    assert said.startswith(f"auto: {image.header['integrator']}, since ")
+    assert not [line for line in caplog.messages if line.startswith("warning: ")]
 
 
 def test_keywords_are_the_options_of_the_program() -> None:
@@ -136,7 +143,7 @@ def test_two_threads_render_at_once(cornell: ps.Scene) -> None:
                 met = True
                 together.wait()
 
-        images[seed] = cornell.render(width=48, spp=16, seed=seed, threads=1, progress=meet)
+        images[seed] = cornell.render(integrator="bdpt", width=48, spp=16, seed=seed, threads=1, progress=meet)
 
     threads = [threading.Thread(target=render, args=(seed,)) for seed in (1, 2)]
     for thread in threads:
@@ -144,7 +151,8 @@ def test_two_threads_render_at_once(cornell: ps.Scene) -> None:
     for thread in threads:
         thread.join()
     for seed in (1, 2):
-        np.testing.assert_array_equal(images[seed].rgb, cornell.render(width=48, spp=16, seed=seed).rgb)
+        alone = cornell.render(integrator="bdpt", width=48, spp=16, seed=seed)
+        np.testing.assert_array_equal(images[seed].rgb, alone.rgb)
 
 
 def resident() -> int:
@@ -157,7 +165,7 @@ def resident() -> int:
 def test_a_thousand_renders_leave_nothing_behind(cornell: ps.Scene) -> None:
     def render(count: int) -> None:
         for seed in range(count):
-            image = cornell.render(width=8, spp=1, seed=seed, threads=1)
+            image = cornell.render(integrator="bdpt", width=8, spp=1, seed=seed, threads=1)
             assert image.rgb[0, 0, 0] >= 0.0
 
     render(200)

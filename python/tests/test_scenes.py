@@ -94,7 +94,7 @@ def test_the_file_renders_alike_by_the_program(tmp_path: Path) -> None:
         ({"positions": TRIANGLE[:, :2]}, ps.UsageError, r"positions has the shape \(3, 2\), and \(n, 3\)"),
         ({"positions": TRIANGLE * [np.nan, 1, 1]}, ps.UsageError, "positions holds numbers that are not finite"),
         ({"positions": TRIANGLE * 1e300}, ps.UsageError, "32-bit floats"),
-        ({"positions": TRIANGLE[:2]}, ps.UsageError, "no triples"),
+        ({"positions": TRIANGLE[:2]}, ps.UsageError, "not three for each triangle"),
         ({"positions": np.zeros((0, 3))}, ps.UsageError, "no vertices"),
         ({"positions": "triangle"}, TypeError, "no array of numbers"),
         ({"positions": TRIANGLE, "triangles": [[0, 1, 3]]}, ps.UsageError, "not among 0 … 2"),

@@ -20,17 +20,26 @@ pub enum Verbosity {
 #[derive(Clone, Copy, Debug)]
 pub struct Terminal {
     verbosity: Verbosity,
-    line: fn(&dyn Display),
+    listener: Listener,
+}
+
+/// Who takes lines, from whichever thread they come.
+#[derive(Clone, Copy, Debug)]
+pub struct Listener {
+    /// Called with `id` and the line.
+    pub hear: fn(u64, &dyn Display),
+    /// Tells listeners with the same function apart.
+    pub id: u64,
 }
 
 impl Terminal {
     pub fn new(verbosity: Verbosity) -> Self {
-        Self::through(verbosity, |line| stderr_line(line))
+        Self::through(verbosity, Listener { hear: |_, line| stderr_line(line), id: 0 })
     }
 
-    /// One whose lines go to `line`.
-    pub fn through(verbosity: Verbosity, line: fn(&dyn Display)) -> Self {
-        Self { verbosity, line }
+    /// One whose lines go to `listener`.
+    pub fn through(verbosity: Verbosity, listener: Listener) -> Self {
+        Self { verbosity, listener }
     }
 
     pub fn is_quiet(self) -> bool {
@@ -56,7 +65,7 @@ impl Terminal {
 
     fn at_least(self, verbosity: Verbosity, line: impl Display) {
         if self.verbosity >= verbosity {
-            (self.line)(&line);
+            (self.listener.hear)(self.listener.id, &line);
         }
     }
 }
