@@ -15,6 +15,19 @@ import environment
 STEP, LEAST = 12, 0.25
 
 
+# What is smoother is too narrow for the cells of the environment.
+SMOOTHEST = 0.2
+
+
+def has(material):
+    """Whether the formulas cover the material: nothing that mirrors, or that lets light into the sphere."""
+    extensions, pbr = material.get("extensions", {}), material.get("pbrMetallicRoughness", {})
+    coat = extensions.get("KHR_materials_clearcoat", {}).get("clearcoatRoughnessFactor", 1.0)
+    legacy = 1 - extensions.get("KHR_materials_pbrSpecularGlossiness", {}).get("glossinessFactor", 0.0)
+    opaque = not {"KHR_materials_transmission", "KHR_materials_diffuse_transmission"} & extensions.keys()
+    return opaque and min(pbr.get("roughnessFactor", 1.0), coat, legacy) >= SMOOTHEST - 1e-9
+
+
 def power5(cos):
     return np.clip(1 - cos, 0, 1) ** 5
 
@@ -147,7 +160,6 @@ def reflected(material, d):
     if legacy := extension("pbrSpecularGlossiness"):
         colour, metallic, roughness = np.array(legacy["diffuseFactor"][:3]), 0.0, 1 - legacy["glossinessFactor"]
         f0, f90 = np.array(legacy["specularFactor"]), 1.0
-    passing = extension("diffuse_transmission").get("diffuseTransmissionFactor", 0.0)
     y = roughness**2
     grain = extension("anisotropy")
     x = y + (1 - y) * grain.get("anisotropyStrength", 0.0) ** 2
@@ -159,7 +171,7 @@ def reflected(material, d):
         by_film = lambda base: film(base, thin["iridescenceIor"], thin["iridescenceThicknessMaximum"], cos)
         dielectric, metal = by_film(f0), by_film(colour)
     under = 1 - dielectric.max(-1, keepdims=True)
-    f = (1 - metallic) * (dielectric * facets + under * colour * (1 - passing) / np.pi) + metallic * (metal * facets + between_facets(turned, x, y, colour))
+    f = (1 - metallic) * (dielectric * facets + under * colour / np.pi) + metallic * (metal * facets + between_facets(turned, x, y, colour))
     if sheen := extension("sheen"):
         tint, rough = np.array(sheen["sheenColorFactor"]), sheen["sheenRoughnessFactor"]
         albedo = np.maximum(sheen_albedo(d["v"][..., 2], rough), sheen_albedo(d["l"][..., 2], rough))
@@ -175,14 +187,6 @@ def turn(w, angle):
     """Into axes that are turned counter-clockwise."""
     c, s = math.cos(angle), math.sin(angle)
     return np.stack([c * w[..., 0] + s * w[..., 1], c * w[..., 1] - s * w[..., 0], w[..., 2]], -1)
-
-
-def passed(material, d):
-    """f from the other side: Lambert's law under the interface, by the page's (1 − F) at the facet between mirrored directions."""
-    through = material["extensions"].get("KHR_materials_diffuse_transmission") if "extensions" in material else None
-    if not through:
-        return 0.0
-    return through["diffuseTransmissionFactor"] * np.array(through["diffuseTransmissionColorFactor"]) / np.pi * np.ones_like(d["l"])
 
 
 def pixels(camera, side):
@@ -223,9 +227,8 @@ def radiance(material, camera, side, down=4):
     for k, (frame, v) in enumerate(zip(frames, to_camera)):
         l, v = towards @ frame.T, frame @ v
         above = l[:, 2] > 1e-4
-        for side_of, f_of in ((above, reflected), (l[:, 2] < -1e-4, passed)):
-            d = {"l": l[side_of] * (1, 1, 1 if f_of is reflected else -1), "v": np.broadcast_to(v, (side_of.sum(), 3))}
-            h = d["l"] + d["v"]
-            d["h"] = h / np.linalg.norm(h, axis=1, keepdims=True)
-            result[k] += (f_of(material, d) * light[side_of] * d["l"][:, 2:]).sum(0)
+        d = {"l": l[above], "v": np.broadcast_to(v, (above.sum(), 3))}
+        h = d["l"] + d["v"]
+        d["h"] = h / np.linalg.norm(h, axis=1, keepdims=True)
+        result[k] = (reflected(material, d) * light[above] * d["l"][:, 2:]).sum(0)
     return column, row, result + np.array(material.get("emissiveFactor", [0.0] * 3))

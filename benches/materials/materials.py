@@ -9,6 +9,7 @@ import sys
 import numpy as np
 
 import environment
+import formulas
 import principled
 import sheet
 from models import FOV, MODELS, view
@@ -26,6 +27,7 @@ CHECKS, CHECKED = ("diffuse", "mirror"), 0.01
 class Materials:
     def __init__(self, arguments):
         self.a = arguments
+        self.by = arguments.by.split(",")
         os.makedirs(self.a.folder, exist_ok=True)
         self.environment = self.path("environment.hdr")
         environment.write(self.environment)
@@ -65,17 +67,30 @@ class Materials:
     def one(self, name, file, camera, options, probe=None):
         """A probe is its material and Mitsuba's or None."""
         ours, theirs, third = (self.path(f"{name}-{by}.exr") for by in ("pathspace", "cycles", "mitsuba"))
-        if "pathspace" not in self.a.keep:
+        if "pathspace" not in self.a.keep or not os.path.exists(ours):
             self.pathspace(file, camera, options, ours)
         rows = []
         kept = "cycles" in self.a.keep and os.path.exists(theirs)
-        if kept or self.cycles(file, camera, theirs, probe is not None):
+        if "cycles" in self.by and (kept or self.cycles(file, camera, theirs, probe is not None)):
             rows.append(self.compare(name, "cycles", ours, theirs))
-        if probe and probe[1]:
+        if "mitsuba" in self.by and probe and probe[1]:
             if "mitsuba" not in self.a.keep or not os.path.exists(third):
                 save(principled.render(probe[1], self.environment, camera, self.a.side, self.a.spp, DEPTH), third)
             rows.append(self.compare(name, "mitsuba", ours, third))
+        if "formulas" in self.by and probe and formulas.has(probe[0]):
+            rows.append(self.formulas(name, ours, probe[0]))
         return rows
+
+    def formulas(self, name, ours, material):
+        """Prints and returns how far the image is from the pages' formulas, by means of 3 × 3 pixels."""
+        image = read(ours)
+        column, row, expected = formulas.radiance(material, CAMERA, self.a.side)
+        found = np.mean([image[row + i, column + j] for i in (-1, 0, 1) for j in (-1, 0, 1)], 0)
+        level = np.maximum(expected.mean(-1), 0.05 * expected.mean())
+        difference = abs(found - expected).mean(-1) / level
+        signed = found.mean() / expected.mean() - 1
+        print(f"{name:26} {'formulas':8} {difference.mean():7.2%} {signed:+7.2%} {difference.max():7.1%}", flush=True)
+        return {"model": name, "by": "formulas", "mean": difference.mean(), "signed": signed, "max": difference.max()}
 
     def run(self):
         probes, models = chosen(self.a.probes, PROBES), chosen(self.a.models, MODELS)
@@ -125,10 +140,11 @@ def main():
     parser = argparse.ArgumentParser()
     parser.add_argument("--models", default="all", help="names, all or none")
     parser.add_argument("--probes", default="all", help="spheres of one material: names, all or none")
+    parser.add_argument("--by", default="cycles,mitsuba", help="compare with these; formulas for the extensions' pages, half a minute for each probe")
     parser.add_argument("--spp", type=int, default=256)
     parser.add_argument("--side", type=int, default=256)
     parser.add_argument("--scale", type=int, default=2, help="pixels of a sheet for each of an image")
-    parser.add_argument("--keep", default="", help="renderers whose images of an earlier run are kept: cycles,mitsuba")
+    parser.add_argument("--keep", default="", help="renderers whose images of an earlier run are kept: pathspace,cycles,mitsuba")
     parser.add_argument("--assets", default="../shared/assets/public/gltf")
     parser.add_argument("--folder", default="target/materials")
     parser.add_argument("--pathspace", default="target/release/pathspace")
