@@ -66,8 +66,9 @@ def corrected(material):
                 base.default_value = [c * c for c in base.default_value[:3]] + [1]
         if node.type == "VOLUME_ABSORPTION":
             sigma = [-math.log(max(c, 1e-6)) * node.inputs["Density"].default_value for c in node.inputs["Color"].default_value[:3]]
-            node.inputs["Density"].default_value = max(sigma)
-            node.inputs["Color"].default_value = [1 - s / max(sigma) for s in sigma] + [1]
+            most = max(sigma)
+            node.inputs["Density"].default_value = most
+            node.inputs["Color"].default_value = [1 - s / most if most else 1 for s in sigma] + [1]
 
 
 def main(job):
