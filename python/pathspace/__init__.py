@@ -29,6 +29,7 @@ from ._reports import (
     verify,
 )
 from ._scene import Scene, load
+from ._shards import merge, render_shard
 
 __all__ = [
     "TECHNIQUES",
@@ -63,5 +64,7 @@ __all__ = [
     "compare",
     "converge",
     "load",
+    "merge",
+    "render_shard",
     "verify",
 ]

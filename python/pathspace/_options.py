@@ -87,6 +87,10 @@ class RenderOptions(ViewOptions, PathOptions, total=False):
     resume: Union[str, os.PathLike[str], None]
 
 
+class FileRenderOptions(LoadOptions, RenderOptions, total=False):
+    """Options of :func:`pathspace.render_shard`."""
+
+
 class ReportOptions(ViewOptions, PathOptions, total=False):
     """Options of :func:`pathspace.verify` and :func:`pathspace.converge`."""
 

@@ -53,10 +53,11 @@ fn a_shard_is_resumed_as_an_image_is() {
 fn a_checkpoint_of_something_else_is_refused() {
     let run = Run::new();
     run.image("a.exr", &["-q", "--spp", "4", "--checkpoint", "kept.exr"]);
+    // A pilot that chooses another integrator because of what is other is no news.
     let resume = |options: &[&str]| run.render(&[&["-q", "--resume", "kept.exr", "-o", "no.exr"], options].concat());
     for (options, about) in [
         (&["--seed", "1"][..], "seed is '0' there, and seed is '1' here"),
-        (&["-i", "path"], "integrator"),
+        (&["-i", "light"], "integrator"),
         (&["--sampler", "independent"], "sampler"),
         (&["--max-depth", "5"], "max-depth"),
         (&["--roulette", "off"], "roulette"),

@@ -54,8 +54,8 @@ fn the_image_is_the_same_with_and_without_layers() {
 #[test]
 fn paths_alone_are_their_layer() {
     let run = Run::new();
-    let layers = channels(&run.image("layers.exr", &["--spp", "2", "--layer", "some=C.*D.L"]));
-    let alone = channels(&run.image("alone.exr", &["--spp", "2", "--paths", "C.*D.L"]));
+    let layers = channels(&run.image("layers.exr", &["-i", "bdpt", "--spp", "2", "--layer", "some=C.*D.L"]));
+    let alone = channels(&run.image("alone.exr", &["-i", "bdpt", "--spp", "2", "--paths", "C.*D.L"]));
     for letter in ["R", "G", "B"] {
         assert_eq!(layers[&format!("some.{letter}")], alone[letter]);
         assert_ne!(layers[letter], alone[letter]);
@@ -65,9 +65,11 @@ fn paths_alone_are_their_layer() {
 #[test]
 fn a_bounce_alone_is_its_layer() {
     let run = Run::new();
-    let layers = channels(&run.image("layers.exr", &["--spp", "2", "--layers", "bounces", "--max-depth", "4"]));
-    let alone = channels(&run.image("alone.exr", &["--spp", "2", "--min-depth", "3", "--max-depth", "3"]));
-    let deep = channels(&run.image("deep.exr", &["--spp", "2", "--min-depth", "4", "--max-depth", "4"]));
+    let by_bdpt =
+        |file: &str, options: &[&str]| channels(&run.image(file, &[&["-i", "bdpt", "--spp", "2"], options].concat()));
+    let layers = by_bdpt("layers.exr", &["--layers", "bounces", "--max-depth", "4"]);
+    let alone = by_bdpt("alone.exr", &["--min-depth", "3", "--max-depth", "3"]);
+    let deep = by_bdpt("deep.exr", &["--min-depth", "4", "--max-depth", "4"]);
     for letter in ["R", "G", "B"] {
         // The weights of a length do not depend on how long others may be, but walks and their numbers end with the
         // table.

@@ -105,7 +105,7 @@ fn options_without_a_use_are_refused() {
         (&["-i", "path", "--light-paths", "2"], "no paths from lights"),
         (&["--light-vertices", "2", "--light-paths", "1024"], "MB of light paths for each thread"),
         (&["-i", "hybrid", "--light-vertices", "2"], "connects no vertices of light paths"),
-        (&["--merge-radius", "0.1"], "merges no paths"),
+        (&["-i", "bdpt", "--merge-radius", "0.1"], "merges no paths"),
         (&["-i", "vcm", "--merge-radius", "1e30"], "a radius from 1e-9 to 1e9 metres is needed"),
         (&["-i", "vcm", "--light-paths", "1024", "--memory-limit", "20M"], "light vertices of 196608 light paths"),
         (&["--rays", "2", "--splits", "2"], "cannot be used with"),

@@ -36,7 +36,7 @@ use crate::cli::{
         camera,
         choice::{Chosen, Task},
         exit::{Exit, Failure},
-        header::{self, Job},
+        header::{self, CHOICE, Job},
         image::{DEFAULT_SPP, DEFAULT_WIDTH, check_light_samples, check_light_subpaths},
         interrupt::Interrupt,
         opened::Opened,
@@ -326,7 +326,7 @@ fn check_memory(args: &RenderArgs, settings: &Settings) -> Result<u64, Failure> 
 fn recorded(args: &RenderArgs, job: &Job<'_>, scene: &Scene, reason: Option<String>) -> BTreeMap<String, String> {
     let mut recorded = header::settings(job);
     if let Some(reason) = reason {
-        recorded.insert("choice".to_owned(), format!("auto: {reason}"));
+        recorded.insert(CHOICE.to_owned(), format!("auto: {reason}"));
     }
     if scene.culls_back_faces() {
         recorded.insert("back-faces".to_owned(), "culled for the camera".to_owned());

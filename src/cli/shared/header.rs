@@ -99,6 +99,9 @@ const FILTER: &str = "filter";
 const ONLY: &str = "only-strategy";
 const MERGE_RADIUS: &str = "merge-radius";
 
+/// Why a pilot has chosen the integrator, if one has.
+pub const CHOICE: &str = "choice";
+
 /// What a header says of the bias of merging, where there is any.
 pub const BIAS: &str = "bias";
 

@@ -9,7 +9,7 @@ use pathspace::{
     scene::camera::Sensor,
 };
 
-use crate::cli::shared::exit::Failure;
+use crate::cli::shared::{exit::Failure, header::CHOICE};
 
 /// A file of sums, opened.
 pub fn open(path: &Path) -> Result<CheckpointFile, Failure> {
@@ -75,6 +75,9 @@ pub fn resume<'a>(
     Ok(renderer.resumed(start..end, &done))
 }
 
+/// What may differ because something else does, which made a pilot choose another integrator.
+const CHOSEN: [&str; 6] = ["integrator", "merge-radius", "roulette", "sampler", "weights", CHOICE];
+
 /// What must be the same for two files, or a file and a render, to be parts of one image.
 pub struct Shape<'a> {
     pub sensor: Sensor,
@@ -94,8 +97,9 @@ impl<'a> Shape<'a> {
             return Some((size(self.sensor), size(other.sensor)));
         }
         // Where the scene is another one the camera is, too: say what matters.
-        let first = ["version", "scene"].map(str::to_owned);
-        let names = first.iter().chain(self.settings.keys()).chain(other.settings.keys());
+        let first = ["version", "scene"].into_iter();
+        let all = || self.settings.keys().chain(other.settings.keys()).map(String::as_str);
+        let names = first.chain(all().filter(|name| !CHOSEN.contains(name))).chain(CHOSEN);
         for name in names {
             let [a, b] = [self, other].map(|shape| shape.settings.get(name));
             if a != b {
