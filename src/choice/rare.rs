@@ -11,8 +11,8 @@ use crate::{
 
 /// Contributions up to so many times the typical value are common enough to be measured.
 const COMMON: f64 = 20.0;
-/// In an image of the usual 64 samples, one of so many times the typical value is a white dot in its pixel, and a larger
-/// one is no whiter.
+/// In an image of the usual 64 samples, one of so many times the typical value is a white dot in its pixel, and a
+/// larger one is no whiter.
 const WHITE: f64 = 200.0;
 
 /// What is rare, as luminances of single contributions.

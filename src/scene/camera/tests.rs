@@ -179,3 +179,20 @@ fn weights_are_finite_for_the_smallest_lens_before_the_narrowest_view() {
         assert!(camera.we(&camera.lens_point(), w).is_finite(), "{aperture}");
     }
 }
+
+/// A smaller image of the same shape has each direction at the same part of its width and height.
+#[test]
+fn another_sensor_sees_the_same() {
+    for c in all() {
+        let small = c.with_sensor(Sensor { width: 8, height: 6, padding: 0 });
+        for part in (0..9).map(|i| lattice(i, 9)) {
+            let [of_large, of_small] = [(c, Vec2::new(40.0, 30.0)), (small, Vec2::new(8.0, 6.0))].map(|(c, size)| {
+                let raster = Raster(part * size);
+                let lens = c.sample_lens(raster, Vec2::splat(0.3));
+                (lens.position, c.direction(&lens, raster))
+            });
+            assert!(of_large.0.distance(of_small.0) < 1e-5 && of_large.1.distance(of_small.1) < 1e-5, "{of_small:?}");
+        }
+        assert_eq!(small.sensor().pixels(), 48);
+    }
+}
