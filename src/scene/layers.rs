@@ -18,6 +18,8 @@ pub struct Layers {
     pub coat_roughness: f32,
     /// x and y of the coat's unit normal in the frame around N_s.
     pub coat_normal: Vec2,
+    /// Whether that is the mesh's normal, and no texture's.
+    pub coat_is_flat: bool,
     /// sheenColor, in [0, 1].
     pub sheen: Rgb,
     /// sheenRoughness, in [0, 1]; the sheen's α is its square.
@@ -45,6 +47,7 @@ impl Layers {
         coat: 0.0,
         coat_roughness: 0.0,
         coat_normal: Vec2::ZERO,
+        coat_is_flat: true,
         sheen: Rgb::ZERO,
         sheen_roughness: 0.0,
         anisotropy: 0.0,
@@ -155,6 +158,7 @@ impl LayerMaps {
         let around = Frame::around(n_s);
         if layers.coat > 0.0 {
             let mapped = self.coat_normal.as_ref().zip(tangents);
+            layers.coat_is_flat = mapped.is_none();
             let normal = mapped.map_or(mesh, |(map, frame)| map.shading_normal(at.uv(map.texture.uv_set), frame, n_g));
             let local = around.to_local(normal);
             layers.coat_normal = if normal == n_s { Vec2::ZERO } else { local.truncate() };

@@ -130,6 +130,7 @@ impl Parameters {
             coat: layers.coat,
             coat_alpha: layers.coat_roughness * layers.coat_roughness,
             coat_normal: layers.coat_normal,
+            coat_is_flat: layers.coat_is_flat,
             sheen: layers.sheen,
             sheen_alpha: layers.sheen_roughness * layers.sheen_roughness,
             film: layers.iridescence,

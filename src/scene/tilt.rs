@@ -85,15 +85,21 @@ impl<L: Lanes> Tilt<L> {
     /// The map at a point.
     #[inline(always)]
     pub fn at<B>(p: &Point<L, B>) -> Self {
-        let cos = p.shading_normal.dot(p.normal);
+        // Zeros may differ in sign where N_s is N_g, and a frame around them would as well.
+        let is_flat = p.is_flat();
+        Self::between(is_flat.select(p.normal, p.shading_normal), p.normal, is_flat)
+    }
+
+    /// The map between these unit normals, which are one where it `is_flat`.
+    #[inline(always)]
+    pub fn between(n_s: L::V, n_g: L::V, is_flat: L::M) -> Self {
+        let cos = n_s.dot(n_g);
         let lanes = cos.lanes();
         let (square, three) = (cos * 4.0 * cos, lanes.splat(3.0));
         // sin θ cot 3θ; from 30° on m is 90°.
         let below_30 = cos * (square - three) / (square - lanes.splat(1.0));
         let reach = three.lt(square).select(below_30, lanes.splat(0.0));
-        // Zeros may differ in sign where N_s is N_g, and a frame around them would as well.
-        let is_flat = p.is_flat();
-        Self { n_s: is_flat.select(p.normal, p.shading_normal), n_g: p.normal, cos, reach, is_flat }
+        Self { n_s, n_g, cos, reach, is_flat }
     }
 
     /// N_s, as the BSDF has it.

@@ -207,4 +207,9 @@ fn what_is_wrong_or_left_out_is_said_in_a_sentence() {
     });
     let warnings = load(&textured(&one_texel([255; 4]), &glass)).unwrap().warnings;
     assert!(warnings.iter().any(|w| w.contains("KHR_materials_clearcoat is not applied")), "{warnings:?}");
+    let lamp = json!({
+        "emissiveFactor": [0.0, 1.0, 0.0], "extensions": { "KHR_materials_clearcoat": { "clearcoatFactor": 1.0 } },
+    });
+    let warnings = load(&textured(&one_texel([255; 4]), &lamp)).unwrap().warnings;
+    assert!(warnings.iter().any(|w| w.contains("emits under its coat")), "{warnings:?}");
 }

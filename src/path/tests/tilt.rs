@@ -7,10 +7,10 @@ use statrs::distribution::{ChiSquared, ContinuousCDF};
 
 use super::super::{Vertex, tilt as defined};
 use crate::{
-    math::Rgb,
+    math::{Frame, Rgb},
     sampling::{Independent, Sampler, Stream, warp},
     scene::{
-        bsdf::{Bsdf, Dielectric, Diffuse, Directions, Lobe, MetallicRoughness, Transport},
+        bsdf::{Bsdf, Dielectric, Diffuse, Directions, Layered, Lobe, MetallicRoughness, Surface, Transport},
         point::Point,
         tilt::Tilt,
     },
@@ -100,6 +100,36 @@ fn samples_follow_their_densities_over_tilted_normals() {
                     assert_distributed(&case, &vertex(bsdf, degrees), transport, known);
                 }
             }
+        }
+    }
+}
+
+/// A black surface under a coat with the normal N_g, where N_s is turned by `degrees`.
+fn under_flat_coat(degrees: f32) -> Vertex {
+    let black =
+        Surface { base_color: Rgb::ZERO, f0: Rgb::ZERO, f90: 0.0, coat: 1.0, coat_alpha: 0.2, ..Surface::LAMBERT };
+    let turned = vertex(Bsdf::Diffuse(Diffuse { albedo: Rgb::ZERO }), degrees).point;
+    let normal = Frame::around(turned.shading_normal).to_local(turned.normal);
+    vertex(Bsdf::Layered(Layered::new(&Surface { coat_normal: normal.truncate(), ..black })), degrees)
+}
+
+#[test]
+fn a_flat_coat_does_not_know_of_the_normal_under_it() {
+    let flat = under_flat_coat(0.0);
+    for degrees in [12.0, 40.0, 60.0] {
+        let tilted = under_flat_coat(degrees);
+        for (camera, light) in [
+            ([0.3, 0.1, 0.8], [-0.3, -0.2, 0.8]),
+            ([0.9, 0.2, 0.3], [-0.9, 0.1, 0.25]),
+            ([-0.6, -0.7, -0.4], [0.6, 0.5, -0.4]),
+        ] {
+            let [camera, light] = [camera, light].map(|w| Vec3::from_array(w).normalize());
+            let [f, expected] = [&tilted, &flat].map(|vertex| vertex.scatter(camera, light).f.g());
+            assert!((f / expected - 1.0).abs() < 0.02, "{degrees}° {camera} {light}: {f}, not {expected}");
+        }
+        for (x, y, z) in [(0.0, 0.0, 1.0), (0.9, 0.2, 0.15), (0.5, 0.5, -0.4)] {
+            let known = Vec3::new(x, y, z).normalize();
+            assert_distributed(&format!("coat, {degrees}° from {known}"), &tilted, Transport::Radiance, known);
         }
     }
 }

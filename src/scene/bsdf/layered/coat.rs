@@ -1,12 +1,46 @@
 //! A clear coat (`KHR_materials_clearcoat`): a GGX interface of index 1.5 over all else, with a normal of its own.
 
-use glam::Vec3;
+use glam::{Vec2, Vec3};
 
 use super::{COAT, End, Part, Stack, base::mirror};
 use crate::{
-    math::Rgb,
-    scene::bsdf::{albedo::Split, fresnel, layer::product_lobe},
+    math::{Frame, Rgb},
+    scene::{
+        bsdf::{albedo::Split, fresnel, layer::product_lobe},
+        tilt::Tilt,
+    },
 };
+
+/// The axes of a coat whose normal is not N_s.
+pub(super) struct Axes {
+    frame: Frame,
+    /// The map that has bent directions over N_s, where the coat lies flat.
+    bent: Option<Tilt>,
+}
+
+impl Axes {
+    /// Around a normal of which x and y are known, in the frame around N_s.
+    pub(super) fn new(normal: Vec2, is_flat: bool) -> Self {
+        let rest = (1.0 - normal.length_squared()).max(0.01).sqrt();
+        let normal = normal.extend(rest).normalize();
+        Self { frame: Frame::around(normal), bent: is_flat.then(|| Tilt::between(Vec3::Z, normal, false)) }
+    }
+
+    /// The direction over the coat of one over N_s, and dω_s/dω.
+    pub(super) fn over(&self, up: Vec3) -> (Vec3, f32) {
+        let (w, stretch) = self.bent.as_ref().map_or((up, 1.0), |bent| {
+            let met = bent.to_surface(up);
+            (met.direction, met.jacobian)
+        });
+        (self.frame.to_local(w), stretch)
+    }
+
+    /// The direction over N_s of one over the coat.
+    fn under(&self, w: Vec3) -> Vec3 {
+        let w = self.frame.to_world(w).normalize();
+        self.bent.as_ref().map_or(w, |bent| bent.to_shading(w).direction)
+    }
+}
 
 /// What the coat's facets reflect at once.
 pub(super) struct Coating;
@@ -23,9 +57,9 @@ pub(super) fn albedo(s: &Stack, cos: f32) -> f32 {
     s.surface.coat * (COAT.single(split) + s.coat_multiple * split.missing)
 }
 
-/// |ω·N_coat|/|ω·N_s| of the second direction: see [`super`].
+/// |ω·N_coat|/|ω_s·N_s| dω/dω_s of the second direction: see [`super`].
 fn bent(s: &Stack, light: &End) -> f32 {
-    if s.coat_frame.is_some() { light.over_coat.z.max(0.0) / light.up.z } else { 1.0 }
+    if s.coat_axes.is_some() { light.over_coat.z.max(0.0) / (light.up.z * light.coat_stretch) } else { 1.0 }
 }
 
 impl Part for Coating {
@@ -49,11 +83,11 @@ impl Part for Coating {
         if w.z <= 0.0 {
             return -Vec3::Z;
         }
-        s.coat_frame.as_ref().map_or(w, |frame| frame.to_world(w).normalize())
+        s.coat_axes.as_ref().map_or(w, |axes| axes.under(w))
     }
 
     fn density(&self, s: &Stack, from: &End, to: &End) -> f32 {
-        s.coat_facets.reflect(from.over_coat, to.over_coat).forward
+        s.coat_facets.reflect(from.over_coat, to.over_coat).forward / to.coat_stretch
     }
 }
 

@@ -14,6 +14,8 @@
 //!
 //! So a white surface under white layers stays white. A coat with a normal of its own is to the surface's as N_s is to
 //! N_g: its lobe carries |ω_light·N_coat|/|ω_light·N_s|, in every strategy alike, and may lose light at the horizon.
+//! A smooth coat over a normal texture sees light as it travels: what [`Tilt`](crate::scene::tilt) bends for N_s is bent
+//! back for it.
 //!
 //! There are no delta lobes: what is smoother than [`LEAST_ALPHA`] counts as that.
 
@@ -36,10 +38,7 @@ use super::{
     albedo::Split,
     layer::{Coat, Grazing, multiple},
 };
-use crate::{
-    math::{Frame, Rgb},
-    sampling::PdfSolidAngle,
-};
+use crate::{math::Rgb, sampling::PdfSolidAngle};
 use facets::Facets;
 use film::Film;
 use record::Record;
@@ -69,6 +68,8 @@ pub struct Surface {
     pub coat_alpha: f32,
     /// x and y of the coat's unit normal in the shading frame.
     pub coat_normal: Vec2,
+    /// Whether it is N_g or nearly so, over which light travels without being bent as it is over N_s.
+    pub coat_is_flat: bool,
     /// The sheen's colour.
     pub sheen: Rgb,
     /// The sheen's α.
@@ -109,7 +110,7 @@ struct Stack {
     facets: Facets,
     coat_facets: Facets,
     /// The axes of the coat where its normal is not the surface's.
-    coat_frame: Option<Frame>,
+    coat_axes: Option<coat::Axes>,
     /// Cosine and sine of the grain's angle.
     grain: [f32; 2],
     film: Option<Film>,
@@ -131,10 +132,12 @@ struct Stack {
 
 /// What is known of one direction.
 struct End {
-    /// The direction, seen from above: a surface is the same from both sides.
+    /// The direction, or from behind its opposite: a surface is the same from both sides, and so is what leans on it.
     up: Vec3,
-    /// The direction in the coat's frame and along the grain.
+    /// The direction as it meets the coat, in the coat's frame, and the ratio of solid angles, dω_s/dω, there.
     over_coat: Vec3,
+    coat_stretch: f32,
+    /// The direction along the grain.
     along_grain: Vec3,
     /// The split of the coat's light.
     coat_split: Split,
@@ -202,6 +205,7 @@ impl Surface {
         coat: 0.0,
         coat_alpha: 0.0,
         coat_normal: Vec2::ZERO,
+        coat_is_flat: true,
         sheen: Rgb::ZERO,
         sheen_alpha: 0.0,
         film: 0.0,
@@ -290,7 +294,7 @@ impl Layered {
         });
         let up = directions[chosen];
         let side = known.z * if passes[chosen] { -1.0 } else { 1.0 };
-        let direction = up.with_z(up.z * 1.0_f32.copysign(side));
+        let direction = up * 1.0_f32.copysign(side);
         if up.z <= 0.0 {
             return None;
         }
@@ -354,14 +358,13 @@ impl Stack {
         let coat_average = Split::average(s.coat_alpha);
         let outside = 1.0 + (COAT_IOR - 1.0) * s.coat;
         let film = (s.film > 0.0).then_some(Film { ior: s.film_ior, thickness: s.film_thickness, outside });
-        let rest = (1.0 - s.coat_normal.length_squared()).max(0.01).sqrt();
         let tilted = s.coat > 0.0 && s.coat_normal != Vec2::ZERO;
         let (sin, cos) = s.tangent.sin_cos();
         let mut stack = Self {
             averages,
             facets,
             coat_facets: Facets { x: s.coat_alpha, y: s.coat_alpha },
-            coat_frame: tilted.then(|| Frame::around(s.coat_normal.extend(rest).normalize())),
+            coat_axes: tilted.then(|| coat::Axes::new(s.coat_normal, s.coat_is_flat)),
             grain: [cos, sin],
             film,
             average,
@@ -399,8 +402,8 @@ impl Stack {
 
     fn end(&self, w: Vec3) -> End {
         let s = &self.surface;
-        let up = w.with_z(w.z.abs());
-        let over_coat = self.coat_frame.as_ref().map_or(up, |frame| frame.to_local(up));
+        let up = w * 1.0_f32.copysign(w.z);
+        let (over_coat, coat_stretch) = self.coat_axes.as_ref().map_or((up, 1.0), |axes| axes.over(up));
         let [cos, sin] = self.grain;
         let along_grain =
             if s.anisotropy > 0.0 { Vec3::new(cos * up.x + sin * up.y, cos * up.y - sin * up.x, up.z) } else { up };
@@ -414,6 +417,7 @@ impl Stack {
         let mut end = End {
             up,
             over_coat,
+            coat_stretch,
             along_grain,
             coat_split,
             sheen,

@@ -35,6 +35,7 @@ impl Record {
         bits.fraction(12, s.coat_alpha.sqrt());
         bits.signed(12, s.coat_normal.x);
         bits.signed(12, s.coat_normal.y);
+        bits.whole(1, u32::from(s.coat_is_flat));
         bits.color(10, s.sheen);
         bits.fraction(10, s.sheen_alpha.sqrt());
         bits.fraction(8, s.film);
@@ -61,6 +62,7 @@ impl Record {
             coat: bits.fraction(8),
             coat_alpha: square(bits.fraction(12)),
             coat_normal: Vec2::new(bits.signed(12), bits.signed(12)),
+            coat_is_flat: bits.whole(1) == 1,
             sheen: bits.color(10),
             sheen_alpha: square(bits.fraction(10)),
             film: bits.fraction(8),
@@ -158,6 +160,7 @@ mod tests {
             coat: 1.0,
             coat_alpha: 0.0025,
             coat_normal: Vec2::new(-0.3, 0.7),
+            coat_is_flat: true,
             sheen: Rgb::new(0.2, 0.9, 1.0),
             sheen_alpha: 0.5,
             film: 0.7,

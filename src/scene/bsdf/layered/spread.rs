@@ -45,7 +45,7 @@ impl Part for Spread {
 /// D of a base that reflects everything, towards a direction of this cosine; nothing under a tilted coat, which loses
 /// light anyway.
 pub(super) fn lacking(s: &Stack, cos: f32) -> f32 {
-    if s.coat_frame.is_some() || s.surface.coat == 0.0 && s.surface.sheen == Rgb::ZERO {
+    if s.coat_axes.is_some() || s.surface.coat == 0.0 && s.surface.sheen == Rgb::ZERO {
         return 0.0;
     }
     let t = s.through(cos);

@@ -35,11 +35,25 @@ fn without_layers_it_is_the_plain_surface() {
 fn a_tilted_coat_shines_where_its_own_normal_mirrors() {
     let black = Surface { base_color: Rgb::ZERO, f0: Rgb::ZERO, f90: 0.0, ..Surface::LAMBERT };
     let normal = Vec3::new(0.3, -0.2, 0.93).normalize();
-    let coated = Surface { coat: 1.0, coat_alpha: 0.01, coat_normal: normal.truncate(), ..black };
+    let coated = Surface { coat: 1.0, coat_alpha: 0.01, coat_normal: normal.truncate(), coat_is_flat: false, ..black };
     let layered = Layered::new(&coated);
     let camera = Vec3::new(0.1, 0.2, 0.9).normalize();
     let mirrored = 2.0 * camera.dot(normal) * normal - camera;
     let flat = Vec3::new(-camera.x, -camera.y, camera.z);
     let [there, elsewhere] = [mirrored, flat].map(|light| layered.eval(Lobe::Continuous, camera, light).f.g());
     assert!(there > 50.0 && elsewhere < 1e-2, "{there} {elsewhere}");
+}
+
+#[test]
+fn a_tilted_coat_shines_from_behind_as_from_the_front() {
+    let black = Surface { base_color: Rgb::ZERO, f0: Rgb::ZERO, f90: 0.0, ..Surface::LAMBERT };
+    let normal = Vec3::new(0.3, -0.2, 0.93).normalize();
+    let coated = Surface { coat: 1.0, coat_alpha: 0.01, coat_normal: normal.truncate(), coat_is_flat: false, ..black };
+    let layered = Layered::new(&coated);
+    let camera = Vec3::new(0.1, 0.2, -0.9).normalize();
+    let light = 2.0 * camera.dot(normal) * normal - camera;
+    let f = layered.eval(Lobe::Continuous, camera, light).f.g();
+    assert!(f > 30.0, "{f}");
+    let sample = layered.sample(camera, Transport::Radiance, Vec3::splat(0.01)).unwrap();
+    assert!(sample.direction.dot(light) > 0.9, "{} {light}", sample.direction);
 }

@@ -104,8 +104,9 @@ fn all_layers_together_gain_nothing() {
     };
     assert_white("all", &[all], [0.93, 1.002]);
     let tilted = Vec3::new(0.4, 0.1, 0.9).normalize().truncate();
-    for coat_alpha in [0.01, 0.3] {
-        let layered = Layered::new(&Surface { coat: 1.0, coat_alpha, coat_normal: tilted, alpha: 0.2, ..WHITE });
+    for (coat_alpha, coat_is_flat) in [(0.01, false), (0.3, false), (0.01, true), (0.3, true)] {
+        let coat = Surface { coat: 1.0, coat_alpha, coat_normal: tilted, coat_is_flat, ..WHITE };
+        let layered = Layered::new(&Surface { alpha: 0.2, ..coat });
         for (cos, phi) in COSINES.into_iter().flat_map(|cos| [0.0_f32, 1.5, 3.0].map(|phi| (cos, phi))) {
             let sin = (1.0 - cos * cos).sqrt();
             let known = Vec3::new(sin * phi.cos(), sin * phi.sin(), cos);
