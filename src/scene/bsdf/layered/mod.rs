@@ -14,8 +14,8 @@
 //!
 //! So a white surface under white layers stays white. A coat with a normal of its own is to the surface's as N_s is to
 //! N_g: its lobe carries |ω_light·N_coat|/|ω_light·N_s|, in every strategy alike, and may lose light at the horizon.
-//! A smooth coat over a normal texture sees light as it travels: what [`Tilt`](crate::scene::tilt) bends for N_s is bent
-//! back for it.
+//! A smooth coat over a normal texture sees light as it travels: what [`Tilt`](crate::scene::tilt) bends for N_s is
+//! bent back for it.
 //!
 //! There are no delta lobes: what is smoother than [`LEAST_ALPHA`] counts as that.
 
