@@ -82,7 +82,7 @@ pub fn typical_value(scene: &Scene, settings: &Settings, keep: Option<&Keep<'_>>
 }
 
 /// What is common to the images of these candidates: for each pixel the mean of it and its neighbours.
-pub fn brightness(candidates: Vec<&Measured>, Sensor { width, height, .. }: Sensor) -> Vec<f64> {
+pub fn brightness(candidates: &[&Measured], Sensor { width, height, .. }: Sensor) -> Vec<f64> {
     let mean = |pixel: usize| candidates.iter().map(|x| x.mean(pixel)).sum::<f64>() / candidates.len() as f64;
     let means: Vec<_> = (0..width as usize * height as usize).map(mean).collect();
     let around = |at: u32, size: u32| at.saturating_sub(1)..(at + 2).min(size);

@@ -154,8 +154,8 @@ fn estimates(scene: &Scene, candidates: &[Settings], keep: Option<&Keep<'_>>) ->
     let rare = Rare::foretell(scene, widest, &measured, bounds, keep);
     let missed = |candidate: usize| if rare.light > 0.0 { rare.missed[candidate] / rare.light } else { 0.0 };
     let complete: Vec<_> = (0..measured.len()).filter(|x| missed(*x) <= MISSED).map(|x| &measured[x]).collect();
-    let brightness =
-        frequent::brightness(if complete.is_empty() { measured.iter().collect() } else { complete }, sensor);
+    let usable = if complete.is_empty() { measured.iter().collect() } else { complete };
+    let brightness = frequent::brightness(&usable, sensor);
     let dark = DARK * brightness.iter().sum::<f64>() / brightness.len() as f64;
     let estimate = |(candidate, measured): (usize, &Measured)| {
         let of_pixel = |(pixel, brightness): (usize, &f64)| {
