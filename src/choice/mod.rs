@@ -1,9 +1,9 @@
 //! `auto`: which integrator needs the least work for the same noise, foretold by a pilot.
 //!
 //! The pilot is a small image of the whole scene. What is frequent in it is measured: every candidate renders it twice,
-//! and the two images differ by its noise ([`frequent`]). What is too rare to be met in so few samples, such as the
+//! and the two images differ by its noise (`frequent.rs`). What is too rare to be met in so few samples, such as the
 //! light that a path tracer finds through a glass once in ten thousand samples, is foretold from one pass with all
-//! techniques, by what each candidate would deposit for such a path ([`rare`]). Work is counted and not timed
+//! techniques, by what each candidate would deposit for such a path (`rare.rs`). Work is counted and not timed
 //! ([`Work`]), so that the choice is a function of the scene, the settings and the seed alone.
 //!
 //! The idea of a pilot with all techniques, whose samples tell the second moments of others, is from Grittmann et al.
