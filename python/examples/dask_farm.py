@@ -25,6 +25,8 @@ def render(client: Client, scene: Path, image: Path, count: int, **options) -> N
         task.result()
         print(f"{done} of {count} shards", flush=True)
     ps.merge(shards, image)
+    for shard in shards:
+        shard.unlink()  # else another render of this name would take them for its own
 
 
 if __name__ == "__main__":

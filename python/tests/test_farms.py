@@ -43,17 +43,26 @@ def renderers(folder: Path) -> list[int]:
     return found
 
 
-def kill_one(folder: Path, with_worker: bool = False) -> None:
-    """Kills a renderer as soon as there is one, and before it the worker that waits for it."""
+def parent(process: int) -> int:
+    status = Path(f"/proc/{process}/stat").read_text()
+    return int(status.rpartition(")")[2].split()[1])
+
+
+def first_renderer(folder: Path) -> int:
+    """A renderer, as soon as there is one that has begun."""
     end = time.monotonic() + 60
     while not (found := renderers(folder)):
         assert time.monotonic() < end, "nothing renders"
         time.sleep(0.02)
-    time.sleep(0.1)
-    if with_worker:
-        status = Path(f"/proc/{found[0]}/stat").read_text()
-        os.kill(int(status.rpartition(")")[2].split()[1]), signal.SIGKILL)
-    os.kill(found[0], signal.SIGKILL)
+    time.sleep(0.3)
+    return found[0]
+
+
+def kill_with_worker(folder: Path) -> None:
+    """Kills a renderer, and before it the worker that waits for it."""
+    renderer = first_renderer(folder)
+    for process in parent(renderer), renderer:
+        os.kill(process, signal.SIGKILL)
 
 
 def test_shards_by_hand(tmp_path: Path) -> None:
@@ -75,7 +84,8 @@ def test_shards_by_hand(tmp_path: Path) -> None:
         ps.render_shard(CORNELL, tmp_path / "3.exr", 1, 2, resume="x.exr")
 
 
-def test_open_job_description(single: bytes, tmp_path: Path) -> None:
+@pytest.mark.parametrize("how", ["renderer killed", "task ended"])
+def test_open_job_description(how: str, single: bytes, tmp_path: Path) -> None:
     openjd = Path(sys.executable).with_name("openjd")
     template = str(ROOT / "cluster" / "openjd" / "pathspace.yaml")
     assert run([str(openjd)], "check", template).returncode == 0
@@ -84,9 +94,16 @@ def test_open_job_description(single: bytes, tmp_path: Path) -> None:
     given = dict(Scene=CORNELL, Output=image, Parts=parts, Shards=3, Options=options, Pathspace=wheel_program()[0])
     command = [str(openjd), "run", template, *(w for name, value in given.items() for w in ("-p", f"{name}={value}"))]
     with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True) as job:
-        kill_one(parts)
+        renderer = first_renderer(parts)
+        if how == "task ended":
+            # As a farm ends it: the script hears SIGTERM, and the renderer keeps what it has.
+            os.kill(parent(renderer), signal.SIGTERM)
+        else:
+            os.kill(renderer, signal.SIGKILL)
         said, _ = job.communicate(timeout=120)
     assert job.returncode != 0 and not image.exists(), said
+    assert not renderers(parts)
+    assert how != "task ended" or list(parts.glob("*.checkpoint.exr"))
     again = subprocess.run(command, capture_output=True, text=True, timeout=240)
     assert again.returncode == 0, again.stdout + again.stderr
     assert image.read_bytes() == single
@@ -113,10 +130,10 @@ def test_dask(single: bytes, tmp_path: Path) -> None:
         Client(cluster) as client,  # type: ignore[no-untyped-call, unused-ignore]
     ):
         workers = set(client.run(os.getpid).values())
-        killer = Thread(target=kill_one, args=(tmp_path, True))
+        killer = Thread(target=kill_with_worker, args=(tmp_path,))
         killer.start()
         example().render(client, CORNELL, image, 3, integrator="bdpt", spp=96, width=96)
         killer.join()
         assert set(client.run(os.getpid).values()) != workers, "a worker died"
     assert image.read_bytes() == single
-    assert not list(tmp_path.glob("*.checkpoint.exr"))
+    assert [file.name for file in tmp_path.iterdir()] == ["image.exr"]

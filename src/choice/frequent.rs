@@ -39,13 +39,15 @@ impl Measured {
         Self { integrator: a.integrator, work: a.work, images: [a.image, b.image] }
     }
 
-    /// That of one sample in a pixel: of numbers that are evenly distributed, as much as of so many samples together.
+    /// The variance of a pixel after [`PASSES`] samples, times their number: that of one sample if its random numbers
+    /// were independent.
     pub fn variance(&self, pixel: usize) -> f64 {
         let [a, b] = &self.images;
         0.5 * (a[pixel] - b[pixel]).powi(2) * f64::from(PASSES)
     }
 
-    fn mean(&self, pixel: usize) -> f64 {
+    /// The mean of a pixel.
+    pub fn mean(&self, pixel: usize) -> f64 {
         let [a, b] = &self.images;
         0.5 * (a[pixel] + b[pixel])
     }
@@ -75,21 +77,21 @@ fn luminances(film: &Film, passes: u32) -> Vec<f64> {
 
 /// The mean luminance of what is not much brighter than the rest: the measure of what is large.
 pub fn typical_value(scene: &Scene, settings: &Settings, keep: Option<&Keep<'_>>) -> f64 {
-    let mut image = rendered(scene, settings, FIRST_PASSES, keep).image;
+    let settings = Settings { seed: settings.seed ^ 0xa076_1d64_78bd_642f, ..settings.clone() };
+    let mut image = rendered(scene, &settings, FIRST_PASSES, keep).image;
     image.sort_by(f64::total_cmp);
     image.truncate((USUAL * image.len() as f64).ceil() as usize);
     image.iter().sum::<f64>() / image.len() as f64
 }
 
-/// What is common to the images of these candidates: for each pixel the mean of it and its neighbours.
-pub fn brightness(candidates: &[&Measured], Sensor { width, height, .. }: Sensor) -> Vec<f64> {
-    let mean = |pixel: usize| candidates.iter().map(|x| x.mean(pixel)).sum::<f64>() / candidates.len() as f64;
-    let means: Vec<_> = (0..width as usize * height as usize).map(mean).collect();
+/// For each pixel the mean of it and its neighbours.
+pub fn smooth(of_pixel: impl Fn(usize) -> f64, Sensor { width, height, .. }: Sensor) -> Vec<f64> {
+    let means: Vec<_> = (0..width as usize * height as usize).map(of_pixel).collect();
     let around = |at: u32, size: u32| at.saturating_sub(1)..(at + 2).min(size);
-    let smooth = |x: u32, y: u32| {
+    let mean_around = |x: u32, y: u32| {
         let neighbours = around(y, height).flat_map(|y| around(x, width).map(move |x| (y * width + x) as usize));
         let (sum, count) = neighbours.fold((0.0, 0.0), |(sum, count), pixel| (sum + means[pixel], count + 1.0));
         sum / count
     };
-    (0..height).flat_map(|y| (0..width).map(move |x| (x, y))).map(|(x, y)| smooth(x, y)).collect()
+    (0..height).flat_map(|y| (0..width).map(move |x| (x, y))).map(|(x, y)| mean_around(x, y)).collect()
 }

@@ -1,8 +1,8 @@
-//! `auto`: which integrator needs the least work for the same noise, foretold by a pilot.
+//! `auto`: which integrator needs the least work for the same noise, predicted by a pilot.
 //!
 //! The pilot is a small image of the whole scene. What is frequent in it is measured: every candidate renders it twice,
 //! and the two images differ by its noise (`frequent.rs`). What is too rare to be met in so few samples, such as the
-//! light that a path tracer finds through a glass once in ten thousand samples, is foretold from one pass with all
+//! light that a path tracer finds through a glass once in ten thousand samples, is predicted from one pass with all
 //! techniques, by what each candidate would deposit for such a path (`rare.rs`). Work is counted and not timed
 //! ([`Work`]), so that the choice is a function of the scene, the settings and the seed alone.
 //!
@@ -79,13 +79,12 @@ pub struct Choice {
 }
 
 impl Choice {
-    /// Of those that find all the light that any does: the first that is about as good as the best. Where the pilot has
-    /// seen no light at all, the last.
+    /// Of those that find all the light that any does: the first that is about as good as the best.
     fn among(estimates: Vec<Estimate>) -> Self {
         let least = estimates.iter().map(|x| x.missed).fold(f64::INFINITY, f64::min);
         let finds_all = |x: &Estimate| x.missed <= least + MISSED;
         let best = estimates.iter().filter(|x| finds_all(x)).map(Estimate::needed).fold(f64::INFINITY, f64::min);
-        let is_good = |x: &Estimate| finds_all(x) && best > 0.0 && x.needed() <= AS_GOOD * best;
+        let is_good = |x: &Estimate| finds_all(x) && x.needed() <= AS_GOOD * best;
         let chosen = estimates.iter().position(is_good).unwrap_or(estimates.len() - 1);
         Self { chosen, estimates }
     }
@@ -103,7 +102,7 @@ impl Choice {
             return "there is no other".to_owned();
         }
         if own.error == 0.0 {
-            return "the pilot has seen no noise".to_owned();
+            return "its pilot has no noise".to_owned();
         }
         let misses = |x: &&Estimate| x.missed > own.missed + MISSED;
         let list = |all: Vec<String>| (!all.is_empty()).then(|| all.join(", "));
@@ -151,15 +150,18 @@ fn estimates(scene: &Scene, candidates: &[Settings], keep: Option<&Keep<'_>>) ->
     let widest = candidates.last().expect("a candidate");
     let bounds = Bounds::around(frequent::typical_value(scene, widest, keep));
     let measured: Vec<_> = candidates.iter().map(|x| Measured::new(scene, x, bounds.common, keep)).collect();
-    let rare = Rare::foretell(scene, widest, &measured, bounds, keep);
-    let missed = |candidate: usize| if rare.light > 0.0 { rare.missed[candidate] / rare.light } else { 0.0 };
-    let complete: Vec<_> = (0..measured.len()).filter(|x| missed(*x) <= MISSED).map(|x| &measured[x]).collect();
-    let usable = if complete.is_empty() { measured.iter().collect() } else { complete };
-    let brightness = frequent::brightness(&usable, sensor);
+    let rare = Rare::predict(scene, widest, &measured, bounds, keep);
+    let least = (0..measured.len()).map(|x| rare.missed(x)).fold(f64::INFINITY, f64::min);
+    let complete = || (0..measured.len()).filter(|x| rare.missed(*x) <= least + MISSED);
+    let mean = |pixel: usize| {
+        let sum: f64 = complete().map(|x| measured[x].mean(pixel) + rare.mean(x, pixel)).sum();
+        sum / complete().count() as f64
+    };
+    let brightness = frequent::smooth(mean, sensor);
     let dark = DARK * brightness.iter().sum::<f64>() / brightness.len() as f64;
     let estimate = |(candidate, measured): (usize, &Measured)| {
         let of_pixel = |(pixel, brightness): (usize, &f64)| {
-            let squared = measured.variance(pixel) + rare.squares[candidate][pixel];
+            let squared = measured.variance(pixel) + rare.variance(candidate, pixel, measured.mean(pixel));
             // Nothing is as dark as what is black, in which there is no deviation either.
             squared / (brightness * brightness + dark * dark).max(f64::MIN_POSITIVE)
         };
@@ -171,7 +173,7 @@ fn estimates(scene: &Scene, candidates: &[Settings], keep: Option<&Keep<'_>>) ->
             integrator: candidates[candidate].integrator,
             error: errors.iter().sum::<f64>() / errors.len() as f64,
             work: Work { merges, ..measured.work },
-            missed: missed(candidate),
+            missed: rare.missed(candidate),
         }
     };
     measured.iter().enumerate().map(estimate).collect()

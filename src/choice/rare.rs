@@ -1,10 +1,10 @@
-//! What the candidates find too seldom to be met in a small image: it is foretold from what all techniques find.
+//! What the candidates find too seldom to be met in a small image: it is predicted from what all techniques find.
 
 use super::{Keep, frequent::Measured};
 use crate::{
-    integrator::{Integrator, IntegratorKind, Weights},
+    integrator::{IntegratorKind, Weights},
     math::{Rgb, luminance},
-    path::{JoinedPath, Technique, relative_deposit},
+    path::{Heuristic, JoinedPath, Technique, Techniques, relative_deposit},
     render::{Collector, MergeRadius, Renderer, Settings},
     scene::{Scene, camera::Sensor},
 };
@@ -15,7 +15,7 @@ const COMMON: f64 = 20.0;
 /// larger one is no whiter.
 const WHITE: f64 = 200.0;
 
-/// What is rare, as luminances of single contributions.
+/// What is rare: the largest channel of single contributions.
 #[derive(Clone, Copy, Debug)]
 pub struct Bounds {
     /// Larger ones are rare.
@@ -31,24 +31,62 @@ impl Bounds {
         let typical = if typical > 0.0 { typical } else { f64::from(f32::MAX) / WHITE };
         Self { common: COMMON * typical, white: WHITE * typical }
     }
+
+    pub(super) fn by(self, factor: f64) -> Self {
+        Self { common: factor * self.common, white: factor * self.white }
+    }
 }
+
+/// A candidate that cannot find so few of the paths may be unlucky: one merge can be a thousandth of all light.
+const FEW: u32 = 8;
 
 /// What one pass with all techniques tells.
 pub struct Rare {
-    /// Of each candidate and pixel: by how much the mean square of a sample exceeds that of a sample with what is rare
-    /// clamped.
-    pub squares: Vec<Vec<f64>>,
-    /// Of each candidate the light that it cannot find, summed over the image.
-    pub missed: Vec<f64>,
-    /// All of it.
+    /// Of each candidate.
+    pub(super) candidates: Vec<OfOne>,
+    /// The light of the image.
     pub light: f64,
     /// How many pairs of vertices have merged.
     pub merges: f64,
 }
 
+/// What it tells of a candidate.
+#[derive(Clone)]
+pub(super) struct OfOne {
+    /// Of each pixel.
+    pub(super) excess: Vec<Excess>,
+    /// The light that it cannot find, and in how many paths.
+    pub(super) missed: (f64, u32),
+}
+
+/// By how much the mean and the mean square of a sample exceed those of one with what is rare clamped.
+#[derive(Clone, Copy, Default)]
+pub(super) struct Excess {
+    pub(super) mean: f64,
+    pub(super) square: f64,
+}
+
 impl Rare {
+    /// The part of the light that a candidate cannot find.
+    pub fn missed(&self, candidate: usize) -> f64 {
+        let (light, finds) = self.candidates[candidate].missed;
+        if finds < FEW { 0.0 } else { light / self.light }
+    }
+
+    /// By how much the mean of a pixel exceeds that of its clamped image.
+    pub fn mean(&self, candidate: usize, pixel: usize) -> f64 {
+        self.candidates[candidate].excess[pixel].mean
+    }
+
+    /// By how much the variance of a sample in a pixel, E x² − (E x)², exceeds that of its clamped image, of this mean.
+    /// Light that is large in every sample adds none.
+    pub fn variance(&self, candidate: usize, pixel: usize, clamped_mean: f64) -> f64 {
+        let Excess { mean, square } = self.candidates[candidate].excess[pixel];
+        (square - mean * (2.0 * clamped_mean + mean)).max(0.0)
+    }
+
     /// The pass has the settings of a candidate but for the integrator.
-    pub fn foretell(
+    pub fn predict(
         scene: &Scene,
         settings: &Settings,
         candidates: &[Measured],
@@ -65,9 +103,12 @@ impl Rare {
         let mut renderer = Renderer::new(scene, &all);
         let radius = MergeRadius::of(scene, all.merge_radius).of_pass(0);
         let own = renderer.integrator().clone().merging_within(radius);
-        let integrators: Vec<_> = candidates.iter().map(|x| &x.integrator).collect();
+        let tables: Vec<_> = candidates
+            .iter()
+            .map(|x| (x.integrator.techniques().clone().with_plain_weights(), x.integrator.heuristic()))
+            .collect();
         let mut found = Self::nothing(candidates.len(), sensor);
-        let setting = Setting { scene, sensor, own: &own, integrators: &integrators, bounds, keep };
+        let setting = Setting { scene, sensor, own: own.techniques(), tables: &tables, bounds, keep };
         for task in renderer.pass_into(|| Tally { setting, found: Self::nothing(candidates.len(), sensor) }) {
             found.add(&task.found);
         }
@@ -75,14 +116,19 @@ impl Rare {
     }
 
     fn nothing(candidates: usize, sensor: Sensor) -> Self {
-        let squares = vec![vec![0.0; sensor.pixels() as usize]; candidates];
-        Self { squares, missed: vec![0.0; candidates], light: 0.0, merges: 0.0 }
+        let nothing = OfOne { excess: vec![Excess::default(); sensor.pixels() as usize], missed: (0.0, 0) };
+        Self { candidates: vec![nothing; candidates], light: 0.0, merges: 0.0 }
     }
 
     fn add(&mut self, other: &Self) {
-        let add = |sums: &mut [f64], more: &[f64]| sums.iter_mut().zip(more).for_each(|(sum, more)| *sum += more);
-        self.squares.iter_mut().zip(&other.squares).for_each(|(sums, more)| add(sums, more));
-        add(&mut self.missed, &other.missed);
+        for (of_one, more) in self.candidates.iter_mut().zip(&other.candidates) {
+            of_one.missed.0 += more.missed.0;
+            of_one.missed.1 += more.missed.1;
+            for (excess, more) in of_one.excess.iter_mut().zip(&more.excess) {
+                excess.mean += more.mean;
+                excess.square += more.square;
+            }
+        }
         self.light += other.light;
         self.merges += other.merges;
     }
@@ -93,8 +139,9 @@ struct Setting<'a> {
     scene: &'a Scene,
     sensor: Sensor,
     /// What finds the paths.
-    own: &'a Integrator,
-    integrators: &'a [&'a Integrator],
+    own: &'a Techniques,
+    /// Of the candidates.
+    tables: &'a [(Techniques, Heuristic)],
     bounds: Bounds,
     keep: Option<&'a Keep<'a>>,
 }
@@ -107,7 +154,7 @@ struct Tally<'a> {
 
 impl Collector for Tally<'_> {
     fn collect(&mut self, path: &JoinedPath, value: Rgb) {
-        let Setting { scene, sensor, own, integrators, bounds, keep } = self.setting;
+        let Setting { scene, sensor, own, tables, bounds, keep } = self.setting;
         let technique = path.technique();
         if matches!(technique, Technique::Merged(_)) {
             self.found.merges += 1.0;
@@ -120,21 +167,29 @@ impl Collector for Tally<'_> {
         let pixel = (y as u32 * sensor.width + x as u32) as usize;
         let light = f64::from(luminance(value));
         // F/(n p), over the survival of roulette.
-        let single = f64::from(luminance(path.contribution()) / own.techniques().samples(technique));
+        let single = f64::from(luminance(path.contribution()) / own.samples(technique));
+        // The measured images are clamped channel by channel.
+        let bounds = bounds.by(light / f64::from(value.max_element()));
         self.found.light += light;
-        for (candidate, other) in integrators.iter().enumerate() {
-            let relative = relative_deposit(path, technique, own.techniques(), other.techniques(), other.heuristic());
+        for (of_one, (table, heuristic)) in self.found.candidates.iter_mut().zip(tables) {
+            let relative = relative_deposit(path, technique, own, table, *heuristic);
             if relative.is_infinite() {
-                self.found.missed[candidate] += light;
+                of_one.missed.0 += light;
+                of_one.missed.1 += 1;
             } else {
-                self.found.squares[candidate][pixel] += excess(light, single * relative, bounds);
+                of_one.excess[pixel].add(light, single * relative, bounds);
             }
         }
     }
 }
 
-/// What contributions of this size that bring so much light in the mean add to the mean square of a sample, beyond
-/// what they would as common ones.
-fn excess(light: f64, size: f64, Bounds { common, white }: Bounds) -> f64 {
-    if size > common { light / size * (size.min(white).powi(2) - common * common) } else { 0.0 }
+impl Excess {
+    /// Contributions of this size whose mean is `light`.
+    pub(super) fn add(&mut self, light: f64, size: f64, Bounds { common, white }: Bounds) {
+        if size > common {
+            let (often, counted) = (light / size, size.min(white));
+            self.mean += often * (counted - common);
+            self.square += often * (counted * counted - common * common);
+        }
+    }
 }

@@ -203,7 +203,8 @@ pub fn is_covered(path: &impl Densities, techniques: &Techniques) -> bool {
 
 /// How much a table deposits where it finds this path, over F/(n p) of the technique `found` of the table `own`, which
 /// found it: the mean over the table's techniques in proportion to what they deposit, Σ w² n p/(n_s p_s). Infinite
-/// where the table does not cover the path.
+/// where the table does not cover the path. Neither table has [variance factors](Techniques::with_plain_weights), which
+/// are in weights alone.
 ///
 /// With it, what one integrator finds says how rare and how large the finds of another are, also those that it has not
 /// made yet.

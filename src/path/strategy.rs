@@ -187,6 +187,12 @@ impl Techniques {
         Self { variance_factors: Some(factors), ..self }
     }
 
+    /// The same table with weights that compare densities and counts alone.
+    #[must_use]
+    pub fn with_plain_weights(self) -> Self {
+        Self { variance_factors: None, ..self }
+    }
+
     /// What weights know of the noise of direct light, if anything.
     #[inline]
     pub fn variance_factors(&self) -> Option<&VarianceFactors> {

@@ -66,8 +66,8 @@ pub struct Settings {
 }
 
 impl Settings {
-    /// The defaults of the command line for an image of `sensor`'s size: bdpt, 16 edges, box filter; but with roulette
-    /// from depth 4, and independent numbers, of which every pass is a replicate. The integrator's
+    /// bdpt for an image of `sensor`'s size. Else the defaults of the command line, 16 edges and box filter; but with
+    /// roulette from depth 4, and independent numbers, of which every pass is a replicate. The integrator's
     /// [`Description`](crate::integrator::Description) has the `roulette` and the `sampler` that give less noise.
     pub fn new(sensor: Sensor) -> Self {
         Self {

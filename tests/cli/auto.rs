@@ -65,13 +65,14 @@ fn options_that_others_lack_narrow_the_choice() {
         (&["--merge-radius", "0.1"][..], "vcm"),
         (&["--light-vertices", "2", "--unbiased"], "bdpt"),
         (&["--only-strategy", "2,2"], "bdpt"),
+        (&["--only-strategy", "3,3"], "bdpt"),
     ] {
         let output = run.render(&[options, &["--spp", "1", "-o", "image.exr"]].concat());
         assert_eq!((code(&output), choice(&output)), (0, None), "{}", stderr(&output));
         assert_eq!(header(&run.path("image.exr"), "integrator").as_deref(), Some(only), "{options:?}");
     }
     let nothing = run.render(&["--merge-radius", "0.1", "--unbiased"]);
-    refused(&nothing, 2, "-i auto has no integrator for all of these options");
+    refused(&nothing, 2, "-i bdpt merges no paths");
     for option in [&["--unbiased"][..], &["--choice", "choice.json"]] {
         refused(&run.render(&[&["-i", "bdpt"], option].concat()), 2, "--unbiased and --choice are for -i auto");
     }
@@ -85,7 +86,8 @@ fn a_file_keeps_the_choice() {
     assert!(code(&first) == 0 && choice(&first).is_some(), "{}", stderr(&first));
     let text = fs::read_to_string(run.path("choice.json")).unwrap();
     let again = run.render(&[&common[..], &["-o", "again.exr"]].concat());
-    assert_eq!((code(&again), choice(&again)), (0, None), "there is no second pilot");
+    assert_eq!(code(&again), 0);
+    assert!(choice(&again).is_some_and(|line| line.contains("as 'choice.json' has it")), "there is no second pilot");
     let without = run.render(&["--spp", "2", "-o", "without.exr"]);
     assert_eq!(code(&without), 0);
     let [first, again, without] = ["first.exr", "again.exr", "without.exr"].map(|x| fs::read(run.path(x)).unwrap());
@@ -105,15 +107,18 @@ fn a_file_keeps_the_choice() {
         refused(&run.render(&common), 3, about);
     }
     refused(&run.render(&["--choice", "no/such/folder/choice.json"]), 4, "no/such/folder");
+    let alone = ["--merge-radius", "0.1", "--choice", "choice.json"];
+    refused(&run.render(&alone), 2, "leave nothing but -i vcm to choose");
 }
 
 #[test]
 fn shards_choose_as_the_whole_does() {
     let run = Run::new();
     let whole = run.image("whole.exr", &["--spp", "4"]);
-    for part in ["1/2", "2/2"] {
-        run.image(&format!("part-{}.exr", &part[..1]), &["--spp", "4", "--shard", part]);
-    }
+    let name = header(&run.path("whole.exr"), "integrator").expect("its name");
+    run.image("part-1.exr", &["--spp", "4", "--shard", "1/2"]);
+    // One whose integrator somebody has named is a part of the same image.
+    run.image("part-2.exr", &["--spp", "4", "--shard", "2/2", "-i", &name]);
     let merged = run.pathspace(&["merge", "part-1.exr", "part-2.exr", "-o", "merged.exr"]);
     assert_eq!(code(&merged), 0, "{}", stderr(&merged));
     assert_eq!(fs::read(run.path("merged.exr")).unwrap(), whole);

@@ -135,7 +135,7 @@ pub fn with_renderer<R>(
     let mut scene = scene.choosing_lights(lights);
     check_light_samples(&scene, &settings)?;
     let kept = args.image.kept(&scene)?;
-    let task = Task { image: &args.image, candidates: &candidates, crop, scene_hash: &scene_hash, kept: kept.as_ref() };
+    let task = Task { image: &args.image, candidates, crop, hash: &scene_hash, of_image, kept: kept.as_ref() };
     let Chosen { settings, reason, estimates } = pool.install(|| task.choose(&mut scene, terminal))?;
     phases.end("choose");
     let keep = |path: &JoinedPath| kept.as_ref().is_none_or(|(_, kept)| kept.holds(&scene, path));

@@ -5,7 +5,7 @@ use std::{fs, io, path::Path};
 use pathspace::{
     choice::{Choice, Estimate, choose},
     film::{Crop, write_atomically},
-    integrator::IntegratorKind,
+    integrator::{Integrator, IntegratorKind},
     layers::PathClasses,
     path::JoinedPath,
     render::Settings,
@@ -20,7 +20,7 @@ pub struct Chosen {
     pub settings: Settings,
     /// Why this integrator, if nobody asked for it.
     pub reason: Option<String>,
-    /// What the pilot has foretold, if there was one.
+    /// What the pilot has predicted, if there was one.
     pub estimates: Vec<Estimate>,
 }
 
@@ -28,9 +28,11 @@ pub struct Chosen {
 pub struct Task<'a> {
     pub image: &'a ImageArgs,
     /// What [`ImageArgs::candidates`] says.
-    pub candidates: &'a [IntegratorKind],
+    pub candidates: Vec<IntegratorKind>,
     pub crop: Crop,
-    pub scene_hash: &'a str,
+    pub hash: &'a str,
+    /// What the image itself takes, in bytes.
+    pub of_image: u64,
     /// What [`ImageArgs::kept`] says.
     pub kept: Option<&'a (String, PathClasses)>,
 }
@@ -39,15 +41,20 @@ impl Task<'_> {
     /// Asks the pilot, or the file that has its answer, where there are several candidates.
     pub fn choose(&self, scene: &mut Scene, terminal: Terminal) -> Result<Chosen, Failure> {
         let settings = |kind: IntegratorKind| self.image.settings(kind, self.crop);
-        let [first, .., _] = *self.candidates else {
-            return Ok(Chosen { settings: settings(self.candidates[0])?, reason: None, estimates: Vec::new() });
-        };
+        if let [only] = self.candidates[..] {
+            return Ok(Chosen { settings: settings(only)?, reason: None, estimates: Vec::new() });
+        }
         let file = self.image.choice.as_deref();
         if let Some((kind, reason)) = file.map(|file| self.read(file)).transpose()?.flatten() {
+            let name = file.unwrap_or(Path::new("")).display();
+            terminal.say(format_args!("auto: {kind}, as '{name}' has it"));
             return Ok(Chosen { settings: settings(kind)?, reason: Some(reason), estimates: Vec::new() });
         }
-        terminal.detail(format_args!("choosing between {first} and {} others", self.candidates.len() - 1));
-        let candidates = self.candidates.iter().map(|kind| settings(*kind)).collect::<Result<Vec<_>, _>>()?;
+        let mut candidates = self.candidates.iter().map(|kind| settings(*kind)).collect::<Result<Vec<_>, _>>()?;
+        candidates.retain(|candidate| self.has_room(scene, candidate));
+        if candidates.is_empty() {
+            return Ok(Chosen { settings: settings(self.candidates[0])?, reason: None, estimates: Vec::new() });
+        }
         let holds = |scene: &Scene, path: &JoinedPath| self.kept.is_none_or(|(_, kept)| kept.holds(scene, path));
         let choice = choose(scene, &candidates, self.kept.map(|_| &holds as _));
         if let Some(file) = file {
@@ -58,6 +65,14 @@ impl Task<'_> {
         Ok(Chosen { settings: settings(integrator)?, reason: Some(reason), estimates: choice.estimates })
     }
 
+    /// Whether the light vertices that it keeps fit into memory.
+    fn has_room(&self, scene: &Scene, settings: &Settings) -> bool {
+        let Settings { integrator: kind, max_depth, roulette, light_paths, .. } = *settings;
+        let integrator = Integrator::new(kind, scene.camera.sensor(), max_depth, roulette);
+        let integrator = integrator.with_light_paths(light_paths);
+        self.image.check_light_vertices((kind, &integrator), scene, self.of_image).is_ok()
+    }
+
     /// What a file says, if it is there.
     fn read(&self, file: &Path) -> Result<Option<(IntegratorKind, String)>, Failure> {
         let name = file.display();
@@ -66,24 +81,24 @@ impl Task<'_> {
             Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(None),
             Err(error) => return Err(Failure::input(format!("cannot read '{name}': {error}"))),
         };
-        let is_none = |why: &str| Failure::input(format!("'{name}' holds no choice: {why}"));
-        let choice: Value = serde_json::from_str(&text).map_err(|error| is_none(&error.to_string()))?;
-        if choice["scene"].as_str().is_some_and(|scene| scene != self.scene_hash) {
+        let no_choice = |why: &str| Failure::input(format!("'{name}' holds no choice: {why}"));
+        let choice: Value = serde_json::from_str(&text).map_err(|error| no_choice(&error.to_string()))?;
+        if choice["scene"].as_str().is_some_and(|scene| scene != self.hash) {
             return Err(Failure::input(format!(
                 "the choice in '{name}' is for another scene: take another file, or choose by -i"
             )));
         }
-        let kind = choice["integrator"].as_str().ok_or_else(|| is_none("it names no 'integrator'"))?;
+        let kind = choice["integrator"].as_str().ok_or_else(|| no_choice("it names no 'integrator'"))?;
         let among = self.candidates.iter().find(|candidate| candidate.name() == kind).ok_or_else(|| {
             let known: Vec<_> = self.candidates.iter().map(|candidate| candidate.name()).collect();
-            is_none(&format!("'{kind}' is none of {}", known.join(", ")))
+            no_choice(&format!("'{kind}' is none of {}", known.join(", ")))
         })?;
         Ok(Some((*among, choice["reason"].as_str().unwrap_or("by a file").to_owned())))
     }
 
     fn write(&self, file: &Path, choice: &Choice) -> Result<(), Failure> {
         let saved = json!({
-            "scene": self.scene_hash,
+            "scene": self.hash,
             "integrator": choice.integrator().name(),
             "reason": choice.reason(),
             "estimates": described(&choice.estimates),
@@ -93,7 +108,7 @@ impl Task<'_> {
     }
 }
 
-/// What a pilot has foretold, in JSON.
+/// What a pilot has predicted, in JSON.
 pub fn described(estimates: &[Estimate]) -> Vec<Value> {
     let of_one = |estimate: &Estimate| {
         let work = estimate.work;

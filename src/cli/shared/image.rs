@@ -184,14 +184,19 @@ impl ImageArgs {
         let admitted = |kind: &IntegratorKind| !(kind.merges() && self.unbiased);
         let suits = |kind: &IntegratorKind| self.refuse_needless(*kind).is_ok();
         let mut candidates: Vec<_> = CANDIDATES.into_iter().filter(admitted).filter(suits).collect();
-        if candidates.is_empty() {
+        let Some(widest) = candidates.iter().rev().find(|kind| !kind.merges()).or(candidates.last()).copied() else {
+            // What the one with the most techniques has no use for.
+            self.refuse_needless(IntegratorKind::Bdpt)?;
             return Err(Failure::usage("-i auto has no integrator for all of these options: choose one by -i"));
+        };
+        if self.only_strategy.is_some() {
+            candidates = vec![widest];
+            self.only(widest)?;
         }
-        if let Some(strategy) = self.only_strategy {
-            // A part of what bdpt does, or of the first that has it.
-            let whole = candidates.iter().rev().find(|kind| !kind.merges() && kind.has(|x| x == strategy));
-            candidates = vec![*whole.unwrap_or(&candidates[0])];
-            self.only(candidates[0])?;
+        if let ([only], Some(_)) = (&candidates[..], &self.choice) {
+            return Err(Failure::usage(format!(
+                "--choice keeps what a pilot chooses, and these options leave nothing but -i {only} to choose"
+            )));
         }
         Ok(candidates)
     }

@@ -76,7 +76,7 @@ pub fn resume<'a>(
 }
 
 /// What may differ because something else does, which made a pilot choose another integrator.
-const CHOSEN: [&str; 6] = ["integrator", "merge-radius", "roulette", "sampler", "weights", CHOICE];
+const CHOSEN: [&str; 5] = ["integrator", "merge-radius", "roulette", "sampler", "weights"];
 
 /// What must be the same for two files, or a file and a render, to be parts of one image.
 pub struct Shape<'a> {
@@ -99,7 +99,9 @@ impl<'a> Shape<'a> {
         // Where the scene is another one the camera is, too: say what matters.
         let first = ["version", "scene"].into_iter();
         let all = || self.settings.keys().chain(other.settings.keys()).map(String::as_str);
-        let names = first.chain(all().filter(|name| !CHOSEN.contains(name))).chain(CHOSEN);
+        // Who chose the integrator makes no difference.
+        let others = all().filter(|name| *name != CHOICE && !CHOSEN.contains(name));
+        let names = first.chain(others).chain(CHOSEN);
         for name in names {
             let [a, b] = [self, other].map(|shape| shape.settings.get(name));
             if a != b {

@@ -89,7 +89,7 @@ pub fn run(args: &TraceArgs) -> Result<Exit, Failure> {
     let mut scene = scene.choosing_lights(lights);
     check_light_samples(&scene, &settings)?;
     let kept = image.kept(&scene)?;
-    let task = Task { image, candidates: &candidates, crop, scene_hash: &scene_hash, kept: kept.as_ref() };
+    let task = Task { image, candidates, crop, hash: &scene_hash, of_image: 0, kept: kept.as_ref() };
     let Chosen { settings, .. } = pool.install(|| task.choose(&mut scene, terminal))?;
     let keep = |path: &JoinedPath| kept.as_ref().is_none_or(|(_, kept)| kept.holds(&scene, path));
     let mut tracer = pool.install(|| Tracer::new(&scene, &settings, Some(&keep), args.top as usize));

@@ -252,6 +252,7 @@ proptest! {
         }
         prop_assert!(is_covered(&path, &table) == all.iter().any(|x| np(*x) > 0.0));
         // What one find deposits is the second moment, whichever table found the path, and by what.
+        let table = table.with_plain_weights();
         let others = Techniques::new(SENSOR, 8, |x| u32::from(x.s >= 1 && x.t >= 2));
         for (own, whole) in [(&table, &others), (&others, &table)] {
             for heuristic in [Heuristic::Balance, Heuristic::Power] {
