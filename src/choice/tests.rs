@@ -92,6 +92,7 @@ fn a_choice_is_a_function_of_scene_and_settings() {
     };
     let [first, second] = [1, 3].map(|threads| pilot(&mut scene, threads));
     assert_eq!(first, second);
+    assert!(first.estimates.iter().all(|x| x.error > 0.01 && x.work.cost() > 1.0), "{first:?}");
     assert_eq!(scene.camera.sensor(), SENSOR);
 }
 
