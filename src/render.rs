@@ -44,7 +44,7 @@ use crate::{
     },
     lanes::Instructions,
     layers::Layers,
-    path::Technique,
+    path::{LightPaths, Technique},
     sampling::{Block, Independent, Sampler, SamplerKind, Sobol},
     scene::{
         Scene,
@@ -83,7 +83,8 @@ impl<'a> Renderer<'a> {
     /// A render of `scene` without a sample yet.
     ///
     /// # Panics
-    /// If the crop does not fit the camera's sensor, or the sensor has too little padding for the filter.
+    /// If the crop does not fit the camera's sensor, or the sensor has too little padding for the filter; and if pixels
+    /// share light vertices, where not every sample has a light subpath.
     pub fn new(scene: &'a Scene, settings: &'a Settings) -> Self {
         let sensor = scene.camera.sensor();
         let mut integrator = Integrator::new(settings.integrator, sensor, settings.max_depth, settings.roulette)
@@ -94,10 +95,11 @@ impl<'a> Renderer<'a> {
         if settings.splits != 1 {
             integrator = integrator.with_splits(settings.splits);
         }
-        if settings.light_paths != 1 {
+        if settings.light_paths != LightPaths::ONE {
             integrator = integrator.with_light_paths(settings.light_paths);
         }
         if let Some(each) = settings.light_vertices {
+            assert!(settings.light_paths.is_with_each(), "a tile could have no light vertex to share");
             integrator = integrator.with_light_vertices(scene, each);
         }
         if let Some(roulette) = settings.connection_roulette {
@@ -363,11 +365,15 @@ impl<'a> Renderer<'a> {
         let sensor = self.scene.camera.sensor();
         let connects = if self.serves_crop(pixel) { Connects::Yes } else { Connects::No };
         let splats = if pixel.is_inside(sensor) { Splats::Yes } else { Splats::No };
-        let first = || pixel.number(sensor) * self.integrator.techniques().light_paths();
+        let light_paths = self.integrator.techniques().light_paths();
+        let paths = light_paths.of_pixel([pixel.x, pixel.y], self.settings.seed, self.passes.end);
+        let first = || pixel.number(sensor) * light_paths.most();
         match sweep {
-            Sweep::Whole => LightStage { connects, splats, keeps: None },
-            Sweep::Light => LightStage { connects: Connects::No, splats, keeps: (splats == Splats::Yes).then(first) },
-            Sweep::Camera(_) => LightStage { connects, splats: Splats::No, keeps: None },
+            Sweep::Whole => LightStage { connects, splats, keeps: None, paths },
+            Sweep::Light => {
+                LightStage { connects: Connects::No, splats, keeps: (splats == Splats::Yes).then(first), paths }
+            }
+            Sweep::Camera(_) => LightStage { connects, splats: Splats::No, keeps: None, paths },
         }
     }
 
@@ -376,7 +382,13 @@ impl<'a> Renderer<'a> {
     fn streams<S: Sampler>(&self, pixel: Pixel) -> [S; 4] {
         let numbered = pixel;
         let seed = self.settings.seed;
-        S::streams(seed, numbered.key(), self.passes.end)
+        let (pass, light_paths) = (self.passes.end, self.integrator.techniques().light_paths());
+        let mut streams = S::streams(seed, numbered.key(), pass);
+        if !light_paths.is_with_each() {
+            let [_, light, _, lens] = S::streams(seed, numbered.key(), light_paths.number(pass));
+            (streams[1], streams[3]) = (light, lens);
+        }
+        streams
     }
 
     /// 1 − V towards infinity in the direction that the camera subpath through `raster` takes, with the same numbers.

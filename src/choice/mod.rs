@@ -9,33 +9,34 @@
 //! The idea of a pilot with all techniques, whose samples tell the second moments of others, is from Grittmann et al.
 //! 2022, *Efficiency-aware multiple importance sampling for bidirectional rendering algorithms*.
 
+mod candidate;
 mod frequent;
 mod rare;
 #[cfg(test)]
 mod tests;
 mod work;
 
-pub use self::work::Work;
+pub use self::{
+    candidate::{CANDIDATES, Candidate},
+    work::Work,
+};
 use self::{
     frequent::Measured,
     rare::{Bounds, Rare},
 };
 use crate::{
     film::Crop,
-    integrator::IntegratorKind,
     path::JoinedPath,
-    render::Settings,
+    render::{MergeRadius, Settings},
     sampling::Filter,
     scene::{Scene, camera::Sensor},
 };
 
-/// The integrators to choose among, from the simplest to the one with the most techniques.
-pub const CANDIDATES: [IntegratorKind; 4] =
-    [IntegratorKind::Path, IntegratorKind::Hybrid, IntegratorKind::Bdpt, IntegratorKind::Vcm];
-
 /// The pixels of the pilot for each of the image's, and how many there are at least and at most.
 const PART: f64 = 1.0 / 64.0;
 const PIXELS: [f64; 2] = [32.0 * 32.0, 64.0 * 64.0];
+/// Merges have the radius of this pass: the area within it is the mean of 64 passes.
+const TYPICAL_PASS: u32 = 16;
 /// The part of the pixels that counts: what is noisy in a few of them only is left out, as
 /// [`ENOUGH_TILES`](crate::film::ENOUGH_TILES) leaves tiles out.
 const ENOUGH_PIXELS: f64 = 0.98;
@@ -52,8 +53,8 @@ pub type Keep<'a> = dyn Fn(&Scene, &JoinedPath) -> bool + Sync + 'a;
 /// What the pilot says of a candidate.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Estimate {
-    /// The candidate.
-    pub integrator: IntegratorKind,
+    /// Of which it says it.
+    pub candidate: Candidate,
     /// The mean squared error of one sample per pixel, relative to the pixel.
     pub error: f64,
     /// What a sample of a pixel takes.
@@ -89,15 +90,15 @@ impl Choice {
         Self { chosen, estimates }
     }
 
-    /// The integrator to take.
-    pub fn integrator(&self) -> IntegratorKind {
-        self.estimates[self.chosen].integrator
+    /// The candidate to take.
+    pub fn candidate(&self) -> Candidate {
+        self.estimates[self.chosen].candidate
     }
 
     /// Why, for readers: what the others lack.
     pub fn reason(&self) -> String {
         let own = &self.estimates[self.chosen];
-        let others = || self.estimates.iter().filter(|x| x.integrator != own.integrator);
+        let others = || self.estimates.iter().filter(|x| x.candidate != own.candidate);
         if others().next().is_none() {
             return "there is no other".to_owned();
         }
@@ -106,8 +107,8 @@ impl Choice {
         }
         let misses = |x: &&Estimate| x.missed > own.missed + MISSED;
         let list = |all: Vec<String>| (!all.is_empty()).then(|| all.join(", "));
-        let needs = |x: &Estimate| format!("{} needs {:.1} times the work", x.integrator, x.needed() / own.needed());
-        let lacks = |x: &Estimate| format!("{} misses {:.1} % of the light", x.integrator, 100.0 * x.missed);
+        let needs = |x: &Estimate| format!("{} needs {:.1} times the work", x.candidate, x.needed() / own.needed());
+        let lacks = |x: &Estimate| format!("{} misses {:.1} % of the light", x.candidate, 100.0 * x.missed);
         let needs = list(others().filter(|x| !misses(x)).map(needs).collect());
         let needs = needs.map(|needs| format!("for the same noise {needs}"));
         let lacks = list(others().filter(misses).map(lacks).collect());
@@ -125,7 +126,7 @@ impl Choice {
 pub fn choose(scene: &mut Scene, candidates: &[Settings], keep: Option<&Keep<'_>>) -> Choice {
     let camera = scene.camera;
     scene.camera = camera.with_sensor(reduced(camera.sensor()));
-    let estimates = estimates(scene, candidates, keep);
+    let estimates = estimates(scene, candidates, keep, camera.sensor());
     scene.camera = camera;
     Choice::among(estimates)
 }
@@ -139,12 +140,13 @@ fn reduced(Sensor { width, height, .. }: Sensor) -> Sensor {
     Sensor { width: side(width), height: side(height), padding: 0 }
 }
 
-/// Of the camera's image as it is.
-fn estimates(scene: &Scene, candidates: &[Settings], keep: Option<&Keep<'_>>) -> Vec<Estimate> {
+/// Of the camera's image as it is, for one of the size `image`.
+fn estimates(scene: &Scene, candidates: &[Settings], keep: Option<&Keep<'_>>, image: Sensor) -> Vec<Estimate> {
     let sensor = scene.camera.sensor();
     let whole = |settings: &Settings| {
         let crop = Crop::full(sensor);
-        Settings { crop, filter: Filter::Box, clamp: None, only: None, ..settings.clone() }
+        let merge_radius = Some(MergeRadius::of(scene, settings.merge_radius).of_pass(TYPICAL_PASS));
+        Settings { crop, filter: Filter::Box, clamp: None, only: None, merge_radius, ..settings.clone() }
     };
     let candidates: Vec<_> = candidates.iter().map(whole).collect();
     let widest = candidates.last().expect("a candidate");
@@ -168,11 +170,17 @@ fn estimates(scene: &Scene, candidates: &[Settings], keep: Option<&Keep<'_>>) ->
         let mut errors: Vec<_> = brightness.iter().enumerate().map(of_pixel).collect();
         errors.sort_by(f64::total_cmp);
         errors.truncate((ENOUGH_PIXELS * errors.len() as f64).ceil() as usize);
-        let merges = if measured.integrator.merges() { rare.merges / f64::from(sensor.pixels()) } else { 0.0 };
+        let (settings, merges) = (&candidates[candidate], measured.integrator.merges());
+        let light_paths = f64::from(if merges { settings.light_paths.per_sample() } else { 0.0 });
         Estimate {
-            integrator: candidates[candidate].integrator,
+            candidate: Candidate::of(settings),
             error: errors.iter().sum::<f64>() / errors.len() as f64,
-            work: Work { merges, ..measured.work },
+            work: Work {
+                lookups: if merges { measured.work.camera } else { 0.0 },
+                merges: rare.merges * light_paths / f64::from(sensor.pixels()),
+                kept_paths: light_paths * f64::from(image.pixels()),
+                ..measured.work
+            },
             missed: rare.missed(candidate),
         }
     };

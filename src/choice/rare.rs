@@ -4,7 +4,7 @@ use super::{Keep, frequent::Measured};
 use crate::{
     integrator::{IntegratorKind, Weights},
     math::{Rgb, luminance},
-    path::{Heuristic, JoinedPath, Technique, Techniques, relative_deposit},
+    path::{Heuristic, JoinedPath, LightPaths, Technique, Techniques, relative_deposit},
     render::{Collector, MergeRadius, Renderer, Settings},
     scene::{Scene, camera::Sensor},
 };
@@ -46,7 +46,7 @@ pub struct Rare {
     pub(super) candidates: Vec<OfOne>,
     /// The light of the image.
     pub light: f64,
-    /// How many pairs of vertices have merged.
+    /// How many pairs of vertices have merged, for one light subpath of each pixel.
     pub merges: f64,
 }
 
@@ -85,7 +85,7 @@ impl Rare {
         (square - mean * (2.0 * clamped_mean + mean)).max(0.0)
     }
 
-    /// The pass has the settings of a candidate but for the integrator.
+    /// The pass has the settings of a candidate but for the integrator and the number of light subpaths.
     pub fn predict(
         scene: &Scene,
         settings: &Settings,
@@ -96,6 +96,7 @@ impl Rare {
         let sensor = scene.camera.sensor();
         let all = Settings {
             integrator: IntegratorKind::Vcm,
+            light_paths: LightPaths::ONE,
             weights: Weights::Plain,
             seed: settings.seed ^ 0x9e37_79b9_7f4a_7c15,
             ..settings.clone()

@@ -5,6 +5,7 @@ use super::{
     *,
 };
 use crate::{
+    integrator::IntegratorKind,
     io,
     math::{Rgb, luminance},
     render::{Collector, Renderer},
@@ -22,10 +23,11 @@ fn scene(name: &str) -> Scene {
 }
 
 fn candidates() -> Vec<Settings> {
-    let usual = |kind: IntegratorKind| {
-        let description = kind.description();
+    let usual = |Candidate { integrator, light_paths }| {
+        let description = integrator.description();
         Settings {
-            integrator: kind,
+            integrator,
+            light_paths,
             roulette: description.roulette,
             sampler: description.sampler,
             weights: description.weights,
@@ -36,16 +38,16 @@ fn candidates() -> Vec<Settings> {
     CANDIDATES.into_iter().map(usual).collect()
 }
 
-fn estimate(integrator: IntegratorKind, error: f64, missed: f64) -> Estimate {
-    Estimate { integrator, error, work: Work { camera: 1.0, ..Work::default() }, missed }
+fn estimate(candidate: Candidate, error: f64, missed: f64) -> Estimate {
+    Estimate { candidate, error, work: Work { camera: 1.0, ..Work::default() }, missed }
 }
 
 #[test]
 fn the_best_is_chosen_that_finds_all_light() {
-    let [path, hybrid, bdpt, vcm] = CANDIDATES;
+    let [path, hybrid, bdpt, _, vcm] = CANDIDATES;
     let chosen = |errors: [f64; 4], missed: [f64; 4]| {
-        let all = CANDIDATES.into_iter().zip(errors).zip(missed);
-        Choice::among(all.map(|((kind, error), missed)| estimate(kind, error, missed)).collect()).integrator()
+        let all = [path, hybrid, bdpt, vcm].into_iter().zip(errors).zip(missed);
+        Choice::among(all.map(|((one, error), missed)| estimate(one, error, missed)).collect()).candidate()
     };
     assert_eq!(chosen([4.0, 3.0, 2.0, 1.0], [0.0; 4]), vcm);
     assert_eq!(chosen([4.0, 3.0, 2.0, 2.5], [0.0; 4]), bdpt);
@@ -62,11 +64,15 @@ fn the_best_is_chosen_that_finds_all_light() {
 
 #[test]
 fn a_choice_says_what_the_others_lack() {
-    let [path, hybrid, bdpt, _] = CANDIDATES;
-    let estimates = vec![estimate(path, 1.0, 0.25), estimate(hybrid, 6.0, 0.0), estimate(bdpt, 2.0, 0.0)];
-    let choice = Choice::among(estimates);
-    assert_eq!(choice.integrator(), bdpt);
-    assert_eq!(choice.reason(), "for the same noise hybrid needs 3.0 times the work; path misses 25.0 % of the light");
+    let [path, hybrid, bdpt, few, _] = CANDIDATES;
+    let errors = [(path, 1.0, 0.25), (hybrid, 6.0, 0.0), (bdpt, 2.0, 0.0), (few, 3.0, 0.0)];
+    let choice = Choice::among(errors.map(|(one, error, missed)| estimate(one, error, missed)).into());
+    assert_eq!(choice.candidate(), bdpt);
+    assert_eq!(
+        choice.reason(),
+        "for the same noise hybrid needs 3.0 times the work, vcm --light-paths 1/8 needs 1.5 times the work; path misses \
+         25.0 % of the light"
+    );
 }
 
 #[test]
@@ -94,13 +100,18 @@ fn a_choice_is_a_function_of_scene_and_settings() {
     assert_eq!(first, second);
     assert!(first.estimates.iter().all(|x| x.error > 0.01 && x.work.cost() > 1.0), "{first:?}");
     assert_eq!(scene.camera.sensor(), SENSOR);
+    // Of an eighth of the light paths, an eighth as many merge.
+    let [.., few, all] = &first.estimates[..] else { panic!("{first:?}") };
+    assert_eq!(8.0 * few.work.merges, all.work.merges);
+    assert!(8.0 * few.work.kept_paths == all.work.kept_paths && 4.0 * few.work.light < all.work.light, "{first:?}");
 }
 
 /// The paths that are not in the image make no noise in it.
 #[test]
 fn what_is_left_out_does_not_count() {
     let mut scene = scene("caustic-ring.glb");
-    let error = |choice: &Choice, kind| choice.estimates.iter().find(|x| x.integrator == kind).map(|x| x.error);
+    let error =
+        |choice: &Choice, kind| choice.estimates.iter().find(|x| x.candidate.integrator == kind).map(|x| x.error);
     let all = choose(&mut scene, &candidates(), None);
     let direct = choose(&mut scene, &candidates(), Some(&|_, path| path.to_path().edges() <= 2));
     for kind in [IntegratorKind::Path, IntegratorKind::Bdpt] {

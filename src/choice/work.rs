@@ -11,20 +11,29 @@ pub struct Work {
     pub light: f64,
     /// Between two known points.
     pub visibility: f64,
+    /// Vertices of walks from the camera that may look for light vertices around them: as many as rays.
+    pub lookups: f64,
     /// Pairs of vertices that merge.
     pub merges: f64,
+    /// Not of a sample but of a whole pass: light subpaths whose vertices are kept for merges.
+    pub kept_paths: f64,
 }
 
-/// What each takes with all that belongs to it (shading, weights, deposits), a camera ray being 1: fitted to the user
-/// times of four integrators in the seventeen scenes of this repository (`benches/choice/run`).
-const PRICES: Work = Work { camera: 1.0, light: 0.7, visibility: 0.85, merges: 0.35 };
+/// What each takes with all that belongs to it (shading, weights, deposits), a camera ray being 1: after a fit to user
+/// times of all candidates in ten scenes of this repository (`benches/notes/choices.md`).
+const PRICES: Work = Work { camera: 1.0, light: 1.2, visibility: 0.7, lookups: 0.6, merges: 1.2, kept_paths: 0.0 };
+
+/// Of so many light subpaths, those of an image of 192 × 192 pixels, a merge has that price; of twice as many it costs
+/// so much more, since they are farther away (measured at 192 and 512 pixels: `benches/notes/choices.md`).
+const NEAR: f64 = 192.0 * 192.0;
+const FARTHER: f64 = 0.1;
 
 impl Work {
     /// Of the rays of so many passes over an image.
     pub(super) fn of(rays: Rays, passes: u32, sensor: Sensor) -> Self {
         let samples = f64::from(passes) * f64::from(sensor.pixels());
         let [camera, light, visibility] = [rays.camera, rays.light, rays.visibility].map(|x| x as f64 / samples);
-        Self { camera, light, visibility, merges: 0.0 }
+        Self { camera, light, visibility, ..Self::default() }
     }
 
     /// All of it, in camera rays.
@@ -32,6 +41,11 @@ impl Work {
         self.camera * PRICES.camera
             + self.light * PRICES.light
             + self.visibility * PRICES.visibility
-            + self.merges * PRICES.merges
+            + (self.lookups * PRICES.lookups + self.merges * PRICES.merges) * self.farther()
+    }
+
+    /// How much more than near ones light vertices cost.
+    fn farther(&self) -> f64 {
+        (1.0 + FARTHER * (self.kept_paths.max(1.0) / NEAR).log2()).max(0.5)
     }
 }

@@ -112,6 +112,8 @@ pub struct LightStage {
     pub splats: Splats,
     /// Where their vertices are kept for merges: the number of the first one in the pass.
     pub keeps: Option<u32>,
+    /// How many there are, if the table has a use for them.
+    pub paths: u32,
 }
 
 /// See [`LightStage::connects`].
@@ -139,7 +141,7 @@ impl Integrator {
         let (connected, rivals) = (vertices.connected, self.rivals.as_ref());
         let light = Subpath::with_capacity(vertices.most())
             .summing(rivals.map(|rivals| rivals.light.clone()).unwrap_or_default());
-        let light_paths = self.evaluated.light_paths() as usize;
+        let light_paths = self.evaluated.light_paths().most() as usize;
         Scratch {
             camera: Subpath::with_capacity(self.evaluated.camera_vertices().max(1))
                 .sampling(self.evaluated.directions())
@@ -161,7 +163,7 @@ impl Integrator {
     pub fn estimate_from_light<S: Sampler>(
         &self,
         scene: &Scene,
-        LightStage { connects, splats, keeps }: LightStage,
+        LightStage { connects, splats, keeps, paths }: LightStage,
         scratch: &mut Scratch,
         samplers: &mut Samplers<'_, S>,
         sink: &mut impl Sink,
@@ -172,8 +174,7 @@ impl Integrator {
         let merged = if keeps.is_some() { merged } else { 0 };
         let vertices = connected.max(splatted).max(merged);
         let Scratch { lights, walked, ends, lens, drawn, kept, .. } = scratch;
-        let light_paths = if vertices > 0 { self.evaluated.light_paths() } else { 0 };
-        for branch in 0..light_paths {
+        for branch in 0..if vertices > 0 { paths } else { 0 } {
             if *walked == lights.len() {
                 // Only the first tile that is shared gets here.
                 lights.extend_from_within(..1);
@@ -383,7 +384,8 @@ impl Integrator {
     /// Walks the light subpath of a light vertex as it was walked before, with those of its pixel that took numbers
     /// before it.
     fn walk_light_again<S: Sampler>(&self, scene: &Scene, y: &LightVertex, kept: &Kept<'_, S>, again: &mut Subpath) {
-        let (pixel, branch) = (y.path() / self.weighed.light_paths(), y.path() % self.weighed.light_paths());
+        let of_pixel = self.weighed.light_paths().most();
+        let (pixel, branch) = (y.path() / of_pixel, y.path() % of_pixel);
         let LightVertices { splatted, merged, .. } = self.evaluated.light_vertices();
         let mut numbers = (kept.numbers)(pixel);
         for branch in 0..=branch {

@@ -18,8 +18,8 @@ use std::sync::Arc;
 use self::estimator::connectible;
 use crate::{
     path::{
-        Densities, Heuristic, JoinedPath, LightVertices, Rivals, Roulette, Strategy, Subpath, Technique, Techniques,
-        VarianceFactors,
+        Densities, Heuristic, JoinedPath, LightPaths, LightVertices, Rivals, Roulette, Strategy, Subpath, Technique,
+        Techniques, VarianceFactors,
     },
     sampling::{Independent, Stream},
     scene::{Scene, bsdf::Directions, camera::Sensor},
@@ -96,7 +96,7 @@ impl Integrator {
 
     /// The same integrator with so many light subpaths for each pixel: see [`Techniques::with_light_paths`].
     #[must_use]
-    pub fn with_light_paths(self, light_paths: u32) -> Self {
+    pub fn with_light_paths(self, light_paths: LightPaths) -> Self {
         self.with_tables(|table| table.with_light_paths(light_paths))
     }
 
@@ -112,7 +112,7 @@ impl Integrator {
     /// What the light vertices of a pass that are kept for merges will take, about, in bytes.
     pub fn kept_memory(&self, scene: &Scene) -> u64 {
         let of_a_path = if self.merges() { self.mean_ends(scene) } else { 0.0 };
-        let paths = f64::from(scene.camera.sensor().pixels()) * f64::from(self.evaluated.light_paths());
+        let paths = f64::from(scene.camera.sensor().pixels()) * f64::from(self.evaluated.light_paths().per_sample());
         (paths * f64::from(of_a_path)) as u64 * BYTES_OF_A_LIGHT_VERTEX
     }
 

@@ -2,7 +2,7 @@
 
 use std::{f32::consts::PI, ops::RangeInclusive, sync::Arc};
 
-use super::VarianceFactors;
+use super::{LightPaths, VarianceFactors};
 use crate::scene::{bsdf::Directions, camera::Sensor};
 
 /// Veach's (s,t): `s` vertices sampled from the light side, `t` from the camera side, then connected.
@@ -71,7 +71,7 @@ pub struct Techniques {
     /// Into how many a camera subpath splits at p_1; strategies with t ≥ 3 have that many samples.
     splits: u32,
     /// Light subpaths that go with a pixel; strategies with s ≥ 2 or t = 1 have that many samples.
-    light_paths: u32,
+    light_paths: LightPaths,
     /// Instead, of the strategies with s ≥ 2 and t ≥ 2.
     shared: Option<SharedLightVertices>,
     /// Area samples per light subpath for each length of paths.
@@ -104,7 +104,7 @@ impl Techniques {
             range: Vec::new(),
             directions: Directions::Bsdf,
             splits: 1,
-            light_paths: 1,
+            light_paths: LightPaths::ONE,
             shared: None,
             area: 0,
             radius: None,
@@ -124,12 +124,12 @@ impl Techniques {
         let side = self.max_depth + 2;
         let split = self.splits as f32;
         let connections = match self.shared {
-            None => self.light_paths as f32,
+            None => self.light_paths.per_sample(),
             Some(SharedLightVertices { each, of_a_path }) => each as f32 / of_a_path,
         };
         let subpaths = |s: u32, t: u32| {
             let from_light = match (s, t) {
-                (_, 1) => self.light_paths as f32,
+                (_, 1) => self.light_paths.per_sample(),
                 (0 | 1, _) => 1.0,
                 _ => connections,
             };
@@ -218,7 +218,7 @@ impl Techniques {
             return 0.0;
         }
         let splits = if t == 2 { 1 } else { self.splits };
-        (self.camera_subpaths as f32 * splits as f32) * (self.light_subpaths as f32 * self.light_paths as f32)
+        (self.camera_subpaths as f32 * splits as f32) * (self.light_subpaths as f32 * self.light_paths.per_sample())
     }
 
     /// What the density of (s,t) is to be multiplied by, beside l_{t−1}, for that of the merge at p_{t−1} times its
@@ -253,9 +253,10 @@ impl Techniques {
         Self { splits, ..self.clone() }.with_entries(self.multiplicity.clone())
     }
 
-    /// The same table with so many light subpaths for each pixel: n_{s,1} and n_{s≥2,t} are that many times as large.
+    /// The same table with so many light subpaths for each pixel: n_{s,1} and n_{s≥2,t} are that many times as large,
+    /// and so is the number of pairs that may merge.
     #[must_use]
-    pub fn with_light_paths(&self, light_paths: u32) -> Self {
+    pub fn with_light_paths(&self, light_paths: LightPaths) -> Self {
         Self { light_paths, ..self.clone() }.with_entries(self.multiplicity.clone())
     }
 
@@ -276,7 +277,7 @@ impl Techniques {
 
     /// How many light subpaths go with a pixel.
     #[inline]
-    pub fn light_paths(&self) -> u32 {
+    pub fn light_paths(&self) -> LightPaths {
         self.light_paths
     }
 
@@ -424,10 +425,16 @@ mod tests {
         assert_eq!(table.light_vertices(), LightVertices { connected: 2, splatted: 3, merged: 0 });
         assert_eq!(table.camera_vertices(), 4);
         // Three connections for each camera vertex, to what a light subpath has one and a half of.
-        let shared = Techniques::new(SENSOR, 4, |_| 1).with_light_paths(2).with_light_vertices(3, 1.5);
+        let shared =
+            Techniques::new(SENSOR, 4, |_| 1).with_light_paths(LightPaths::each(2)).with_light_vertices(3, 1.5);
         assert_eq!(shared.count(Strategy { s: 2, t: 2 }), 60.0);
         assert_eq!([0, 1].map(|s| shared.count(Strategy { s, t: 2 })), [30.0; 2]);
         assert_eq!(shared.count(Strategy { s: 2, t: 1 }), 24.0);
+        // A light path for a quarter of the pixels.
+        let some = Techniques::new(SENSOR, 4, |_| 1).with_light_paths(LightPaths::one_in(4));
+        assert_eq!([0, 1, 2].map(|s| some.count(Strategy { s, t: 2 })), [30.0, 30.0, 7.5]);
+        assert_eq!(some.count(Strategy { s: 2, t: 1 }), 3.0);
+        assert_eq!(some.merging_within(Some(1.0)).merging_pairs(2), 90.0);
         let one = table.only(Strategy { s: 1, t: 2 });
         assert_eq!(one.strategies().collect::<Vec<_>>(), [Strategy { s: 1, t: 2 }]);
         assert_eq!(one.camera_vertices(), 2);

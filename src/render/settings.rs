@@ -5,7 +5,7 @@ use crate::{
     film::Crop,
     integrator::{IntegratorKind, RelativeRoulette, Weighting, Weights},
     math::Rgb,
-    path::{Roulette, Step, Strategy},
+    path::{LightPaths, Roulette, Step, Strategy},
     sampling::{Filter, SamplerKind},
     scene::{bsdf::Directions, camera::Sensor},
 };
@@ -35,8 +35,8 @@ pub struct Settings {
     pub light_samples: u32,
     /// Into how many a camera subpath splits at its first surface.
     pub splits: u32,
-    /// Light subpaths for each pixel.
-    pub light_paths: u32,
+    /// Light subpaths for each sample of a pixel.
+    pub light_paths: LightPaths,
     /// Connections of each vertex of a camera subpath, to light vertices that are chosen among those of a tile; `None`
     /// for one with each of its own pixel's.
     pub light_vertices: Option<u32>,
@@ -77,7 +77,7 @@ impl Settings {
             min_depth: 1,
             light_samples: 1,
             splits: 1,
-            light_paths: 1,
+            light_paths: LightPaths::ONE,
             light_vertices: None,
             merge_radius: None,
             roulette: Roulette::default(),
@@ -108,7 +108,7 @@ impl Settings {
     /// vertices.
     pub fn light_subpath_memory(&self) -> u64 {
         let pixels = if self.light_vertices.is_some() { PaddedImage::TILE.pow(2) } else { 1 };
-        let steps = u64::from(pixels) * u64::from(self.light_paths) * u64::from(self.max_depth);
+        let steps = u64::from(pixels) * u64::from(self.light_paths.most()) * u64::from(self.max_depth);
         steps * size_of::<Step>() as u64
     }
 }

@@ -15,6 +15,7 @@ pub use choice::{Chance, Choice, Part, Remainder, Square};
 pub(crate) use choice::{divide, find};
 pub use discrete::Discrete;
 pub use filter::Filter;
+pub(crate) use hashes::hash;
 pub use independent::Independent;
 pub use measure::{PdfArea, PdfSolidAngle};
 pub use numbers::Numbers;

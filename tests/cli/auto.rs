@@ -11,7 +11,13 @@ fn choice(output: &std::process::Output) -> Option<String> {
 
 /// The integrator that it names.
 fn chosen(line: &str) -> &str {
-    line.split(',').next().unwrap()
+    line.split([',', ' ']).next().unwrap()
+}
+
+/// The options that ask for what it names: its integrator, and perhaps how many light paths.
+fn by_name(line: &str) -> Vec<&str> {
+    let named = line.split_once(", since ").expect("a reason").0;
+    ["-i"].into_iter().chain(named.split(' ')).collect()
 }
 
 fn header(file: &Path, name: &str) -> Option<String> {
@@ -34,8 +40,8 @@ fn the_image_is_that_of_the_integrator_it_names() {
     assert!(["path", "hybrid", "bdpt", "vcm"].contains(&name), "{line}");
     assert!(line.contains("for the same noise"), "{line}");
     let auto = fs::read(run.path("auto.exr")).unwrap();
-    let by_name = run.image("by-name.exr", &["--spp", "3", "-i", name]);
-    assert_eq!(pixels(&auto), pixels(&by_name));
+    let named = run.image("by-name.exr", &[&["--spp", "3"], &by_name(&line)[..]].concat());
+    assert_eq!(pixels(&auto), pixels(&named));
     let text = header(&run.path("auto.exr"), "choice").expect("the reason");
     assert_eq!(Some(text.as_str()), line.split_once(", since ").map(|(_, why)| format!("auto: {why}")).as_deref());
     assert_eq!(header(&run.path("auto.exr"), "integrator").as_deref(), Some(name));
@@ -62,7 +68,7 @@ fn merging_is_chosen_where_it_is_needed_and_admitted() {
 fn options_that_others_lack_narrow_the_choice() {
     let run = Run::new();
     for (options, only) in [
-        (&["--merge-radius", "0.1"][..], "vcm"),
+        (&["--merge-radius", "0.1", "--light-paths", "1/2"][..], "vcm"),
         (&["--light-vertices", "2", "--unbiased"], "bdpt"),
         (&["--only-strategy", "2,2"], "bdpt"),
         (&["--only-strategy", "3,3"], "bdpt"),
@@ -94,31 +100,41 @@ fn a_file_keeps_the_choice() {
     assert!(first == again && again == without, "the same file with and without");
     assert_eq!(fs::read_to_string(run.path("choice.json")).unwrap(), text);
     // A person may write it, too.
-    fs::write(run.path("choice.json"), r#"{ "integrator": "path" }"#).unwrap();
-    assert_eq!(code(&run.render(&[&common[..], &["-o", "path.exr"]].concat())), 0);
-    assert_eq!(header(&run.path("path.exr"), "integrator").as_deref(), Some("path"));
+    for (text, integrator, paths) in [
+        (r#"{ "integrator": "path" }"#, "path", None),
+        (r#"{ "integrator": "vcm" }"#, "vcm", None),
+        (r#"{ "integrator": "vcm", "light_paths": "1/8" }"#, "vcm", Some("1/8")),
+    ] {
+        fs::write(run.path("choice.json"), text).unwrap();
+        assert_eq!(code(&run.render(&[&common[..], &["-o", "named.exr"]].concat())), 0);
+        assert_eq!(header(&run.path("named.exr"), "integrator").as_deref(), Some(integrator));
+        assert_eq!(header(&run.path("named.exr"), "light-paths").as_deref(), paths, "{text}");
+    }
     for (text, about) in [
         ("{", "holds no choice"),
         ("{}", "it names no 'integrator'"),
-        (r#"{ "integrator": "area" }"#, "'area' is none of path, hybrid, bdpt, vcm"),
+        (r#"{ "integrator": "area" }"#, "'area' with 1 light paths is none of path, hybrid, bdpt, vcm"),
+        (r#"{ "integrator": "path", "light_paths": "1/8" }"#, "'path' with 1/8 light paths is none of path"),
+        (r#"{ "integrator": "vcm", "light_paths": "8/8" }"#, "light paths are 1 to 1024 for each pixel, or 1/N"),
         (r#"{ "integrator": "path", "scene": "another" }"#, "is for another scene"),
     ] {
         fs::write(run.path("choice.json"), text).unwrap();
         refused(&run.render(&common), 3, about);
     }
     refused(&run.render(&["--choice", "no/such/folder/choice.json"]), 4, "no/such/folder");
-    let alone = ["--merge-radius", "0.1", "--choice", "choice.json"];
+    let alone = ["--merge-radius", "0.1", "--light-paths", "2", "--choice", "choice.json"];
     refused(&run.render(&alone), 2, "leave nothing but -i vcm to choose");
 }
 
 #[test]
 fn shards_choose_as_the_whole_does() {
     let run = Run::new();
-    let whole = run.image("whole.exr", &["--spp", "4"]);
-    let name = header(&run.path("whole.exr"), "integrator").expect("its name");
+    let output = run.render(&["--spp", "4", "-o", "whole.exr"]);
+    let line = choice(&output).expect("what was chosen");
+    let whole = fs::read(run.path("whole.exr")).unwrap();
     run.image("part-1.exr", &["--spp", "4", "--shard", "1/2"]);
     // One whose integrator somebody has named is a part of the same image.
-    run.image("part-2.exr", &["--spp", "4", "--shard", "2/2", "-i", &name]);
+    run.image("part-2.exr", &[&["--spp", "4", "--shard", "2/2"], &by_name(&line)[..]].concat());
     let merged = run.pathspace(&["merge", "part-1.exr", "part-2.exr", "-o", "merged.exr"]);
     assert_eq!(code(&merged), 0, "{}", stderr(&merged));
     assert_eq!(fs::read(run.path("merged.exr")).unwrap(), whole);
@@ -133,5 +149,5 @@ fn trace_chooses_as_render_does() {
     let line = choice(&output).expect("what was chosen");
     let rendered = run.render(&["--spp", "2", "-o", "image.exr"]);
     assert_eq!(choice(&rendered), Some(line.clone()));
-    assert!(crate::stdout(&output).contains(&format!("-i {}", chosen(&line))), "{}", crate::stdout(&output));
+    assert!(crate::stdout(&output).contains(&by_name(&line).join(" ")), "{}", crate::stdout(&output));
 }

@@ -9,7 +9,7 @@ use std::sync::{
 use glam::{DVec3, Vec3};
 use pathspace::{
     integrator::{Integrator, IntegratorKind},
-    path::{Edge, JoinedPath, Path, Roulette, Step, Technique, Vertex},
+    path::{Edge, JoinedPath, LightPaths, Path, Roulette, Step, Technique, Vertex},
     render::{MergeRadius, Renderer, Settings},
     sampling::{Filter, PdfArea},
     scene::{
@@ -207,7 +207,8 @@ fn of_every_path_with_several_samples_of_the_lights() {
     }
     let radius = 0.15 * MergeRadius::of(&scene, None).of_pass(0);
     let merging = Integrator::new(IntegratorKind::Vcm, scene.camera.sensor(), DEPTH, Roulette::FromDepth(3));
-    let merging = merging.with_light_samples(3).with_splits(2).with_light_paths(2).merging_within(radius);
+    let merging =
+        merging.with_light_samples(3).with_splits(2).with_light_paths(LightPaths::each(2)).merging_within(radius);
     assert_identity_of("zoo vcm with 3 samples, split, and 2 light paths", &scene, merging, 2);
 }
 

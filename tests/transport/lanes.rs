@@ -7,7 +7,7 @@ use pathspace::{
     film::{Crop, ExactSum, Half},
     integrator::{IntegratorKind, Weighting},
     math::Rgb,
-    path::{Roulette, Strategy},
+    path::{LightPaths, Roulette, Strategy},
     render::{Renderer, Settings, Statistics, Width},
     sampling::{Filter, SamplerKind},
     scene::{
@@ -413,6 +413,8 @@ fn whatever_the_render_is_asked_for() {
             plain.clone(),
             Settings { crop, ..plain.clone() },
             Settings { light_samples: 3, ..plain.clone() },
+            Settings { light_paths: LightPaths::one_in(2), ..plain.clone() },
+            Settings { light_paths: LightPaths::one_in(5), crop, ..plain.clone() },
             Settings { max_depth: 3, min_depth: 2, clamp: Some(0.5), ..plain.clone() },
             Settings { max_depth: 1, ..plain.clone() },
             Settings { max_depth: 2, filter: Filter::Box, ..plain.clone() },

@@ -5,7 +5,7 @@ use pathspace::{
     film::Crop,
     integrator::{Integrator, IntegratorKind, RelativeRoulette},
     math::Rgb,
-    path::{JoinedPath, Roulette},
+    path::{JoinedPath, LightPaths, Roulette},
     render::{Renderer, Settings},
     sampling::{Filter, SamplerKind},
     scene::{
@@ -124,8 +124,10 @@ fn every_path_is_as_defined_with_several_light_paths() {
     let scene = scenes::zoo(scenes::square(32, Filter::BlackmanHarris));
     for kind in [IntegratorKind::Light, IntegratorKind::Hybrid, IntegratorKind::Bdpt] {
         let integrator = Integrator::new(kind, scene.camera.sensor(), 7, Roulette::FromDepth(3));
-        let integrator = integrator.with_light_paths(3).with_splits(2);
-        identity::assert_identity_of(&format!("zoo {kind} with three light paths"), &scene, integrator, 2);
+        for paths in [LightPaths::each(3), LightPaths::one_in(3)] {
+            let integrator = integrator.clone().with_light_paths(paths).with_splits(2);
+            identity::assert_identity_of(&format!("zoo {kind} with {paths} light paths"), &scene, integrator, 2);
+        }
     }
 }
 
@@ -133,9 +135,15 @@ fn every_path_is_as_defined_with_several_light_paths() {
 fn several_light_paths_change_no_image() {
     let scene = courtyard();
     for kind in [IntegratorKind::Light, IntegratorKind::Hybrid, IntegratorKind::Bdpt] {
-        let three = |settings: &mut Settings| settings.light_paths = 3;
-        let both = |settings: &mut Settings| (settings.splits, settings.light_paths) = (2, 2);
-        let mut variants = vec![Variant::new("one", &scene, kind, |_| ()), Variant::new("three", &scene, kind, three)];
+        let three = |settings: &mut Settings| settings.light_paths = LightPaths::each(3);
+        let both = |settings: &mut Settings| (settings.splits, settings.light_paths) = (2, LightPaths::each(2));
+        let few = |samples| move |settings: &mut Settings| settings.light_paths = LightPaths::one_in(samples);
+        let mut variants = vec![
+            Variant::new("one", &scene, kind, |_| ()),
+            Variant::new("three", &scene, kind, three),
+            Variant::new("one in two", &scene, kind, few(2)),
+            Variant::new("one in five", &scene, kind, few(5)),
+        ];
         if kind != IntegratorKind::Light {
             variants.push(Variant::new("two and two parts", &scene, kind, both));
         }
@@ -156,7 +164,7 @@ fn chosen_light_vertices_change_no_image() {
     let (courtyard, zoo) = (courtyard(), scenes::zoo(scenes::square(16, Filter::Box)));
     let choose = |each: u32| move |settings: &mut Settings| settings.light_vertices = Some(each);
     let with_all = |settings: &mut Settings| {
-        (settings.light_vertices, settings.light_paths, settings.splits) = (Some(2), 2, 2);
+        (settings.light_vertices, settings.light_paths, settings.splits) = (Some(2), LightPaths::each(2), 2);
         settings.connection_roulette = Some(RelativeRoulette { threshold: 0.5, end: 0.5 });
     };
     let variants = [

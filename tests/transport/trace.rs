@@ -3,7 +3,7 @@
 use pathspace::{
     film::Crop,
     integrator::IntegratorKind,
-    path::Roulette,
+    path::{LightPaths, Roulette},
     render::{MergeRadius, Renderer, Settings},
     sampling::{Filter, SamplerKind},
     scene::Scene,
@@ -24,7 +24,7 @@ fn settings(scene: &Scene, integrator: IntegratorKind) -> Settings {
         max_depth: 6,
         light_samples: 2,
         splits: 2,
-        light_paths: 2,
+        light_paths: LightPaths::each(2),
         merge_radius: integrator.merges().then(|| 0.5 * MergeRadius::of(scene, None).of_pass(0)),
         ..Settings::new(scene.camera.sensor())
     }

@@ -131,7 +131,7 @@ pub fn with_renderer<R>(
     let (view, scene_hash) = (opened.view.clone(), opened.loaded.hash.clone());
     let (shown, variant) = (opened.shown, opened.loaded.summary.variant);
     let (scene, environment) = opened.into_scene(&args.scene, sensor, terminal)?;
-    let lights = args.image.paths.lights.unwrap_or_else(|| candidates[0].choice_among(scene.lights()));
+    let lights = args.image.paths.lights.unwrap_or_else(|| candidates[0].integrator.choice_among(scene.lights()));
     let mut scene = scene.choosing_lights(lights);
     check_light_samples(&scene, &settings)?;
     let kept = args.image.kept(&scene)?;

@@ -3,11 +3,11 @@
 use std::{fs, io, path::Path};
 
 use pathspace::{
-    choice::{Choice, Estimate, choose},
+    choice::{Candidate, Choice, Estimate, choose},
     film::{Crop, write_atomically},
-    integrator::{Integrator, IntegratorKind},
+    integrator::Integrator,
     layers::PathClasses,
-    path::JoinedPath,
+    path::{JoinedPath, LightPaths, NoLightPaths},
     render::Settings,
     scene::Scene,
 };
@@ -28,7 +28,7 @@ pub struct Chosen {
 pub struct Task<'a> {
     pub image: &'a ImageArgs,
     /// What [`ImageArgs::candidates`] says.
-    pub candidates: Vec<IntegratorKind>,
+    pub candidates: Vec<Candidate>,
     pub crop: Crop,
     pub hash: &'a str,
     /// What the image itself takes, in bytes.
@@ -40,29 +40,32 @@ pub struct Task<'a> {
 impl Task<'_> {
     /// Asks the pilot, or the file that has its answer, where there are several candidates.
     pub fn choose(&self, scene: &mut Scene, terminal: Terminal) -> Result<Chosen, Failure> {
-        let settings = |kind: IntegratorKind| self.image.settings(kind, self.crop);
+        let settings = |candidate: Candidate| self.image.settings(candidate, self.crop);
         if let [only] = self.candidates[..] {
             return Ok(Chosen { settings: settings(only)?, reason: None, estimates: Vec::new() });
         }
         let file = self.image.choice.as_deref();
-        if let Some((kind, reason)) = file.map(|file| self.read(file)).transpose()?.flatten() {
+        if let Some((chosen, reason)) = file.map(|file| self.read(file)).transpose()?.flatten() {
             let name = file.unwrap_or(Path::new("")).display();
-            terminal.say(format_args!("auto: {kind}, as '{name}' has it"));
-            return Ok(Chosen { settings: settings(kind)?, reason: Some(reason), estimates: Vec::new() });
+            terminal.say(format_args!("auto: {chosen}, as '{name}' has it"));
+            return Ok(Chosen { settings: settings(chosen)?, reason: Some(reason), estimates: Vec::new() });
         }
-        let mut candidates = self.candidates.iter().map(|kind| settings(*kind)).collect::<Result<Vec<_>, _>>()?;
+        let mut candidates =
+            self.candidates.iter().map(|candidate| settings(*candidate)).collect::<Result<Vec<_>, _>>()?;
         candidates.retain(|candidate| self.has_room(scene, candidate));
-        if candidates.is_empty() {
-            return Ok(Chosen { settings: settings(self.candidates[0])?, reason: None, estimates: Vec::new() });
+        if candidates.len() < 2 {
+            let left = candidates.first().map_or(self.candidates[0], Candidate::of);
+            let reason = (!candidates.is_empty()).then(|| "no other fits into memory".to_owned());
+            return Ok(Chosen { settings: settings(left)?, reason, estimates: Vec::new() });
         }
         let holds = |scene: &Scene, path: &JoinedPath| self.kept.is_none_or(|(_, kept)| kept.holds(scene, path));
         let choice = choose(scene, &candidates, self.kept.map(|_| &holds as _));
         if let Some(file) = file {
             self.write(file, &choice)?;
         }
-        let (integrator, reason) = (choice.integrator(), choice.reason());
-        terminal.say(format_args!("auto: {integrator}, since {reason}"));
-        Ok(Chosen { settings: settings(integrator)?, reason: Some(reason), estimates: choice.estimates })
+        let (chosen, reason) = (choice.candidate(), choice.reason());
+        terminal.say(format_args!("auto: {chosen}, since {reason}"));
+        Ok(Chosen { settings: settings(chosen)?, reason: Some(reason), estimates: choice.estimates })
     }
 
     /// Whether the light vertices that it keeps fit into memory.
@@ -74,7 +77,7 @@ impl Task<'_> {
     }
 
     /// What a file says, if it is there.
-    fn read(&self, file: &Path) -> Result<Option<(IntegratorKind, String)>, Failure> {
+    fn read(&self, file: &Path) -> Result<Option<(Candidate, String)>, Failure> {
         let name = file.display();
         let text = match fs::read_to_string(file) {
             Ok(text) => text,
@@ -89,17 +92,21 @@ impl Task<'_> {
             )));
         }
         let kind = choice["integrator"].as_str().ok_or_else(|| no_choice("it names no 'integrator'"))?;
-        let among = self.candidates.iter().find(|candidate| candidate.name() == kind).ok_or_else(|| {
-            let known: Vec<_> = self.candidates.iter().map(|candidate| candidate.name()).collect();
-            no_choice(&format!("'{kind}' is none of {}", known.join(", ")))
+        let paths = choice["light_paths"].as_str().unwrap_or("1");
+        let paths: LightPaths = paths.parse().map_err(|error: NoLightPaths| no_choice(&error.to_string()))?;
+        let among = kind.parse().ok().map(|kind| Candidate::new(kind, paths)).filter(|x| self.candidates.contains(x));
+        let among = among.ok_or_else(|| {
+            let known: Vec<_> = self.candidates.iter().map(Candidate::to_string).collect();
+            no_choice(&format!("'{kind}' with {paths} light paths is none of {}", known.join(", ")))
         })?;
-        Ok(Some((*among, choice["reason"].as_str().unwrap_or("by a file").to_owned())))
+        Ok(Some((among, choice["reason"].as_str().unwrap_or("by a file").to_owned())))
     }
 
     fn write(&self, file: &Path, choice: &Choice) -> Result<(), Failure> {
         let saved = json!({
             "scene": self.hash,
-            "integrator": choice.integrator().name(),
+            "integrator": choice.candidate().integrator.name(),
+            "light_paths": choice.candidate().light_paths.to_string(),
             "reason": choice.reason(),
             "estimates": described(&choice.estimates),
         });
@@ -111,15 +118,18 @@ impl Task<'_> {
 /// What a pilot has predicted, in JSON.
 pub fn described(estimates: &[Estimate]) -> Vec<Value> {
     let of_one = |estimate: &Estimate| {
-        let work = estimate.work;
+        let (Candidate { integrator, light_paths }, work) = (estimate.candidate, estimate.work);
         json!({
-            "integrator": estimate.integrator.name(),
+            "integrator": integrator.name(),
+            "light_paths": light_paths.to_string(),
             "error": estimate.error,
             "missed": estimate.missed,
             "camera_rays": work.camera,
             "light_rays": work.light,
             "visibility_rays": work.visibility,
+            "lookups": work.lookups,
             "merges": work.merges,
+            "kept_paths": work.kept_paths,
             "cost": work.cost(),
         })
     };

@@ -1,14 +1,14 @@
 //! What makes the value of a pixel, besides the scene and the number of samples: the options that `render` and `trace`
 //! have in common, so that one explains what the other shows.
 
-use std::path::PathBuf;
+use std::{path::PathBuf, str::FromStr};
 
 use pathspace::{
-    choice::CANDIDATES,
+    choice::{CANDIDATES, Candidate},
     film::{Crop, check_writable},
     integrator::{BYTES_OF_A_LIGHT_VERTEX, Integrator, IntegratorKind, RelativeRoulette, Weighting, Weights},
     layers::{Expression, PathClasses},
-    path::{Heuristic, Strategy},
+    path::{Heuristic, LightPaths, Strategy},
     render::{Background, Settings},
     sampling::{Filter, SamplerKind},
     scene::{Scene, bsdf::Directions, light::LightChoice},
@@ -87,9 +87,9 @@ pub struct ImageArgs {
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1024))]
     pub splits: Option<u32>,
 
-    /// Light paths for each pixel [default: 1]
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1024))]
-    pub light_paths: Option<u32>,
+    /// Light paths for each pixel; 1/N for one in N samples of a pixel [default: 1]
+    #[arg(long, value_name = "N", value_parser = LightPaths::from_str)]
+    pub light_paths: Option<LightPaths>,
 
     /// Connect each vertex of a camera path to so many vertices of light paths, chosen among those of all pixels nearby
     /// [default: to each of its own pixel's]
@@ -168,7 +168,7 @@ impl ImageArgs {
     }
 
     /// The integrators to choose among, at least one: with `auto` those that have a use for all options.
-    pub fn candidates(&self) -> Result<Vec<IntegratorKind>, Failure> {
+    pub fn candidates(&self) -> Result<Vec<Candidate>, Failure> {
         self.check_depths()?;
         if let Asked::One(kind) = self.integrator {
             if self.unbiased || self.choice.is_some() {
@@ -176,22 +176,27 @@ impl ImageArgs {
             }
             self.refuse_needless(kind)?;
             self.only(kind)?;
-            return Ok(vec![kind]);
+            return Ok(vec![Candidate::new(kind, self.light_paths.unwrap_or(LightPaths::ONE))]);
         }
         if let Some(file) = self.choice.as_deref().filter(|file| !file.exists()) {
             check_writable(file).map_err(|error| Failure::output(error.to_string()))?;
         }
-        let admitted = |kind: &IntegratorKind| !(kind.merges() && self.unbiased);
-        let suits = |kind: &IntegratorKind| self.refuse_needless(*kind).is_ok();
-        let mut candidates: Vec<_> = CANDIDATES.into_iter().filter(admitted).filter(suits).collect();
-        let Some(widest) = candidates.iter().rev().find(|kind| !kind.merges()).or(candidates.last()).copied() else {
+        let admitted = |x: &Candidate| !(x.integrator.merges() && self.unbiased);
+        let suits = |x: &Candidate| self.refuse_needless(x.integrator).is_ok();
+        let serves_tiles = |x: &Candidate| self.light_vertices.is_none() || x.light_paths.is_with_each();
+        let asked = |x: Candidate| Candidate { light_paths: self.light_paths.unwrap_or(x.light_paths), ..x };
+        let mut candidates: Vec<_> = CANDIDATES.into_iter().map(asked).collect();
+        candidates.dedup();
+        candidates.retain(|x| admitted(x) && suits(x) && serves_tiles(x));
+        let merges = |x: &&Candidate| x.integrator.merges();
+        let Some(widest) = candidates.iter().rev().find(|x| !merges(x)).or(candidates.last()).copied() else {
             // What the one with the most techniques has no use for.
             self.refuse_needless(IntegratorKind::Bdpt)?;
             return Err(Failure::usage("-i auto has no integrator for all of these options: choose one by -i"));
         };
         if self.only_strategy.is_some() {
             candidates = vec![widest];
-            self.only(widest)?;
+            self.only(widest.integrator)?;
         }
         if let ([only], Some(_)) = (&candidates[..], &self.choice) {
             return Err(Failure::usage(format!(
@@ -233,6 +238,12 @@ impl ImageArgs {
         if self.light_vertices.is_some() && !kind.has(|x| x.s >= 2 && x.t >= 2) {
             return none("connects no vertices of light paths that --light-vertices could choose");
         }
+        if self.light_vertices.is_some() && self.light_paths.is_some_and(|paths| !paths.is_with_each()) {
+            return Err(Failure::usage(
+                "--light-vertices chooses among the light paths of pixels nearby, which may have none with --light-paths \
+                 below 1: leave one of the two out",
+            ));
+        }
         if self.merge_radius.is_some() && (!kind.merges() || self.unweighted) {
             return none("merges no paths: --merge-radius is for -i vcm");
         }
@@ -272,7 +283,8 @@ impl ImageArgs {
     }
 
     /// Of one of the candidates.
-    pub fn settings(&self, kind: IntegratorKind, crop: Crop) -> Result<Settings, Failure> {
+    pub fn settings(&self, candidate: Candidate, crop: Crop) -> Result<Settings, Failure> {
+        let Candidate { integrator: kind, light_paths } = candidate;
         let (description, only) = (kind.description(), self.only(kind)?);
         let samples_lights = kind.has(|x| x.s == 1 && x.t >= 2);
         // Without MIS, next-event samples alone count for direct light: splitting adds none.
@@ -284,7 +296,7 @@ impl ImageArgs {
             min_depth: self.min_depth,
             light_samples: self.rays.filter(|_| samples_lights).or(self.light_samples).unwrap_or(1),
             splits: self.rays.filter(|_| follows_directions).or(self.splits).unwrap_or(1),
-            light_paths: self.light_paths.unwrap_or(1),
+            light_paths,
             light_vertices: self.light_vertices,
             merge_radius: self.merge_radius,
             connection_roulette: self.connection_roulette,
@@ -310,8 +322,10 @@ impl ImageArgs {
         let kept = integrator.kept_memory(scene);
         let limit = self.size.memory_limit.0.saturating_sub(of_image).min(MOST_KEPT);
         // Light paths have numbers of 32 bits, too.
-        let paths = u64::from(scene.camera.sensor().pixels()) * u64::from(self.light_paths.unwrap_or(1));
-        if kept == 0 || (kept <= limit && paths <= u64::from(u32::MAX)) {
+        let light_paths = integrator.techniques().light_paths();
+        let [paths, numbers] = [f64::from(light_paths.per_sample()), f64::from(light_paths.most())]
+            .map(|of_pixel| (f64::from(scene.camera.sensor().pixels()) * of_pixel).ceil() as u64);
+        if kept == 0 || (kept <= limit && numbers <= u64::from(u32::MAX)) {
             return Ok(());
         }
         Err(Failure::usage(format!(

@@ -5,8 +5,8 @@ mod text;
 
 use glam::DVec3;
 use pathspace::{
+    choice::Candidate,
     film::Crop,
-    integrator::IntegratorKind,
     path::JoinedPath,
     scene::{
         Scene,
@@ -66,7 +66,7 @@ pub struct TraceArgs {
 /// Which pixel of what is traced.
 struct Job<'a> {
     args: &'a TraceArgs,
-    integrator: IntegratorKind,
+    candidate: Candidate,
     sensor: Sensor,
     scene_hash: String,
 }
@@ -85,7 +85,7 @@ pub fn run(args: &TraceArgs) -> Result<Exit, Failure> {
     check_light_subpaths(&settings)?;
     let scene_hash = opened.loaded.hash.clone();
     let (scene, _) = opened.into_scene(&args.scene, sensor, terminal)?;
-    let lights = image.paths.lights.unwrap_or_else(|| candidates[0].choice_among(scene.lights()));
+    let lights = image.paths.lights.unwrap_or_else(|| candidates[0].integrator.choice_among(scene.lights()));
     let mut scene = scene.choosing_lights(lights);
     check_light_samples(&scene, &settings)?;
     let kept = image.kept(&scene)?;
@@ -108,7 +108,7 @@ pub fn run(args: &TraceArgs) -> Result<Exit, Failure> {
     for (technique, count) in &trace.rejected {
         terminal.warn(format_args!("technique {technique} made {count} contributions that are no number, left out"));
     }
-    let job = Job { args, integrator: settings.integrator, sensor, scene_hash };
+    let job = Job { args, candidate: Candidate::of(&settings), sensor, scene_hash };
     if args.json {
         terminal::answer(format_args!("{:#}", json::describe(&job, &scene, &trace)));
     } else {

@@ -21,11 +21,11 @@ const BETTER: f64 = 1.5;
 
 /// The pixel, and each of its largest contributions. Writing to a string cannot fail.
 pub fn describe(job: &Job<'_>, scene: &Scene, trace: &Trace<'_>) -> String {
-    let ([x, y], kind) = (job.args.pixel, job.integrator);
+    let ([x, y], candidate) = (job.args.pixel, job.candidate);
     let mut text = String::new();
     let _ = writeln!(
         text,
-        "pixel {x},{y} of {}×{}, -i {kind}, {} spp: {}",
+        "pixel {x},{y} of {}×{}, -i {candidate}, {} spp: {}",
         job.sensor.width,
         job.sensor.height,
         trace.passes,
@@ -50,7 +50,7 @@ pub fn describe(job: &Job<'_>, scene: &Scene, trace: &Trace<'_>) -> String {
         let (t, f) = (rgb(one.path.throughput()), rgb(one.path.contribution()));
         let _ = writeln!(text, "   T = {t}; F = {f}");
         let _ = write!(text, "{}", columns(&techniques(one)));
-        for sentence in unable(one).into_iter().chain(sentences(one, kind)) {
+        for sentence in unable(one).into_iter().chain(sentences(one, candidate.integrator)) {
             let _ = writeln!(text, "   {sentence}");
         }
     }

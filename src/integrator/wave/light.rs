@@ -56,8 +56,8 @@ impl Integrator {
     ) {
         let Stage { lanes, kind, seed, .. } = stage;
         let Wave { walks, queues, .. } = wave;
-        walks.0.clear(starts.len);
-        queues.connections.clear(starts.len * self.connections_of_each(stage, &queues.light_vertices));
+        walks.0.clear(starts.light_paths);
+        queues.connections.clear(starts.light_paths * self.connections_of_each(stage, &queues.light_vertices));
         if stage.scene.media().is_some() {
             queues.inside.clear();
             queues.inside.resize(starts.len, Inside::NOTHING);
@@ -67,20 +67,22 @@ impl Integrator {
             queues.lights.resize(starts.len, Point::nowhere(Vec3::ZERO));
         }
         let few = few_lights_in_the_open(stage.scene);
-        for i in (0..starts.len).step_by(L::N) {
-            let key = lanes.load_u(&starts.keys[i..]);
-            let flags = lanes.load_u(&starts.flags[i..]);
+        for i in (0..starts.light_paths).step_by(L::N) {
+            let number = lanes.load_u(&starts.lit[i..]);
+            let of = number.all();
+            let key = lanes.whole_numbers(|k| starts.keys[of[k] as usize]);
+            let flags = lanes.whole_numbers(|k| starts.flags[of[k] as usize]);
             let kept = Numbers::<L>::keep(kind, seed, key, sample, Stream::Light);
-            let which = stage.has_next(flags) & lanes.first(starts.len - i);
+            let which = stage.has_next(flags) & lanes.first(starts.light_paths - i);
             let drawn = Drawn::sample(stage, few, kept, which, &mut queues.emissions.0);
             for place in [Place::Surface, Place::Degenerate, Place::Infinite] {
                 if let Some(emitted) = drawn.at(lanes, place, &queues.emissions.0) {
                     // The first vertex is there.
                     let stage = Stage { vertices: 1, ..stage };
                     if few.is_none() {
-                        note_lights(stage.scene, i, emitted.which, queues);
+                        note_lights(stage.scene, &of, emitted.which, queues);
                     }
-                    self.begin(stage, (i, kept, flags), &emitted, (walks, queues), sink);
+                    self.begin(stage, (number, kept, flags), &emitted, (walks, queues), sink);
                 }
             }
         }
@@ -91,7 +93,7 @@ impl Integrator {
     fn begin<L: Lanes>(
         &self,
         stage: Stage<'_, L>,
-        (at, kept, flags): (usize, [L::U; 2], L::U),
+        (number, kept, flags): (L::U, [L::U; 2], L::U),
         emitted: &Emitted<L>,
         (walks, queues): (&mut Walks, &mut Queues),
         sink: &mut impl WaveSink,
@@ -125,7 +127,7 @@ impl Integrator {
             raster: [zero; 2],
             scrambles: [kept[0]; 2],
             index: kept[1],
-            number: lanes.whole_numbers(|k| (at + k) as u32),
+            number,
         };
         walks.push(&walk, leaves);
     }
@@ -191,17 +193,17 @@ fn sample_alone(scene: &Scene, choice: Choice, place: Square, direction: Vec2) -
     scene.sample_emission(choice, place, direction)
 }
 
-/// Notes, of walks of the lanes `which` from the `at`-th on, on which lights and in what they begin.
+/// Notes, of walks of the lanes `which` with these numbers, on which lights and in what they begin.
 #[inline(always)]
-fn note_lights(scene: &Scene, at: usize, which: impl Mask, queues: &mut Queues) {
+fn note_lights(scene: &Scene, numbers: &[u32; MOST], which: impl Mask, queues: &mut Queues) {
     let Queues { lights, inside, emissions, .. } = queues;
     for k in which.lanes() {
-        let emission = &emissions.0[k];
-        if let Some(light) = lights.get_mut(at + k) {
+        let (emission, number) = (&emissions.0[k], numbers[k] as usize);
+        if let Some(light) = lights.get_mut(number) {
             *light = emission.point;
         }
         if let Some(media) = scene.media() {
-            inside[at + k].start_at_light(scene, media, emission);
+            inside[number].start_at_light(scene, media, emission);
         }
     }
 }

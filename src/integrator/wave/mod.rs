@@ -129,6 +129,9 @@ pub struct Starts {
     keys: Vec<u32>,
     /// [`SPLATS`], [`CONNECTS`] and [`KEEPS`].
     flags: Vec<u32>,
+    /// Those that have a light subpath, in their order, and how many there are.
+    lit: Vec<u32>,
+    light_paths: usize,
     /// The order in which walks from the camera begin.
     order: Vec<u32>,
     len: usize,
@@ -142,17 +145,23 @@ impl Starts {
         y.clear();
         self.keys.clear();
         self.flags.clear();
-        self.len = 0;
+        self.lit.clear();
+        (self.light_paths, self.len) = (0, 0);
     }
 
     /// Adds a pixel; one that connects has a walk from the camera, too.
-    pub fn push(&mut self, corner: glam::Vec2, key: u32, LightStage { connects, splats, keeps }: LightStage) {
+    pub fn push(&mut self, corner: glam::Vec2, key: u32, stage: LightStage) {
+        let LightStage { connects, splats, keeps, paths } = stage;
         let flag = |flag: u32, is_set: bool| if is_set { flag } else { 0 };
         self.corners[0].push(corner.x);
         self.corners[1].push(corner.y);
         self.keys.push(key);
         let ends = flag(CONNECTS, connects == Connects::Yes) | flag(SPLATS, splats == Splats::Yes);
         self.flags.push(ends | flag(KEEPS, keeps.is_some()));
+        if paths > 0 {
+            self.lit.push(self.len as u32);
+            self.light_paths += 1;
+        }
         self.len += 1;
     }
 
@@ -162,6 +171,7 @@ impl Starts {
         self.order.clear();
         self.order.extend(0..self.len as u32);
         self.order.resize(room, 0);
+        self.lit.resize(self.light_paths.next_multiple_of(MOST), 0);
         self.corners.iter_mut().for_each(|column| column.resize(room, 0.0));
         self.keys.resize(room, 0);
         self.flags.resize(room, 0);
@@ -253,7 +263,7 @@ impl Integrator {
         let plain = self.rivals.is_some()
             && table.area() == 0
             && table.splits() == 1
-            && table.light_paths() == 1
+            && table.light_paths().most() == 1
             && table.shared_light_vertices().is_none()
             && self.connections.is_none()
             && !(scene.camera.has_aperture() || scene.camera.is_orthographic())
@@ -274,7 +284,7 @@ impl Integrator {
         &self,
         lanes: L,
         scene: &Scene,
-        (kind, seed, sample): (SamplerKind, u64, u32),
+        (kind, seed, pass): (SamplerKind, u64, u32),
         (sweep, starts): (Sweep<'_>, &mut Starts),
         wave: &mut Wave,
         sink: &mut impl WaveSink,
@@ -295,10 +305,11 @@ impl Integrator {
             match transport {
                 Transport::Radiance => {
                     wave.queues.light_vertices.sort(&mut starts.order[..starts.len]);
-                    self.start_at_lens(stage, sample, starts, (&mut wave.walks, &mut wave.queues.inside));
+                    self.start_at_lens(stage, pass, starts, (&mut wave.walks, &mut wave.queues.inside));
                 }
                 Transport::Importance => {
-                    self.start_at_lights(stage, sample, starts, wave, sink);
+                    let number = self.evaluated.light_paths().number(pass);
+                    self.start_at_lights(stage, number, starts, wave, sink);
                     self.look(stage, wave, sink);
                 }
             }

@@ -138,7 +138,7 @@ fn pass(scene: &Scene, integrator: &Integrator, seed: u64, passes: std::ops::Ran
             let mut streams = Independent::streams(seed, y << 16 | x, pass);
             let samplers = &mut Samplers::of(&mut streams);
             let raster = Raster(glam::Vec2::new(x as f32, y as f32) + samplers.camera.next_2d());
-            let all = LightStage { connects: Connects::Yes, splats: Splats::Yes, keeps: None };
+            let all = LightStage { connects: Connects::Yes, splats: Splats::Yes, keeps: None, paths: 1 };
             scratch.start_over();
             integrator.estimate_from_light(scene, all, &mut scratch, samplers, sink);
             integrator.estimate_from_camera(scene, raster, &mut scratch, samplers, None, sink);
