@@ -24,6 +24,7 @@ pub(super) const SUPPORTED: &[&str] = &[
     "EXT_mesh_gpu_instancing",
     "EXT_meshopt_compression",
     "EXT_texture_webp",
+    "KHR_animation_pointer",
     "KHR_draco_mesh_compression",
     "KHR_lights_punctual",
     "KHR_materials_anisotropy",
@@ -114,7 +115,7 @@ pub(super) fn parse(
 }
 
 /// gltf-json insists on `nodes` in every scene and on a `node` for every animation to move, glTF does not: an empty
-/// scene is a legal one, and extensions animate other things. (Animations are not played.)
+/// scene is a legal one, and extensions animate other things. (What channels animate is read from the JSON.)
 ///
 /// It is read from text again, not from the value: the code that reads a document is large, and compiled once this way.
 fn repaired(json: &[u8]) -> Option<Root> {

@@ -1,5 +1,6 @@
 //! Tiny documents made by hand: what is read, and the sentence for each way in which a document can be wrong.
 
+mod animation;
 mod corpus;
 mod draco;
 mod environment;
