@@ -5,13 +5,9 @@
 //! whatever it asks for that this version does not do is a sentence in [`Loaded::warnings`]; no input makes it panic.
 //!
 //! # Extensions
-//! `EXT_mesh_gpu_instancing`, `EXT_meshopt_compression`, `EXT_texture_webp`, `KHR_draco_mesh_compression`,
-//! `KHR_lights_punctual`, `KHR_mesh_quantization`, `KHR_meshopt_compression`, `KHR_node_visibility`,
-//! `KHR_texture_basisu`, `KHR_texture_transform`, and of the materials `KHR_materials_anisotropy`, `_clearcoat`,
-//! `_diffuse_transmission`, `_emissive_strength`, `_ior`, `_iridescence`, `_pbrSpecularGlossiness`, `_sheen`,
-//! `_specular`, `_transmission`, `_unlit`, `_variants` ([`LoadOptions::variant`]) and `_volume`. A
-//! *required* extension outside of this list is an error (one of materials a warning, with
-//! [`Required::MaterialsIgnored`]), an optional one a warning. Ours are the node extension
+//! [`EXTENSIONS`] lists what is read, and `docs/gltf.md` shows the list. A *required* extension outside of it is an error
+//! (one of materials a warning, with [`Required::MaterialsIgnored`]), an optional one a warning. Ours are the node
+//! extension
 //!
 //! ```json
 //! "extensions": { "PATHSPACE_sphere": { "radius": 0.5, "material": 2 } }
@@ -58,6 +54,7 @@ mod environment;
 mod error;
 mod extensions;
 mod far;
+mod features;
 mod image;
 mod influence;
 mod instancing;
@@ -95,6 +92,7 @@ pub use environment::{
     EnvironmentError, LoadedEnvironment, load_environment, load_environment_within, read_environment,
 };
 pub use error::LoadError;
+pub use features::{EXTENSIONS, Extension};
 pub use light::PunctualLight;
 pub use limits::{Limits, LoadOptions, Outside, PosedAt, Required};
 pub use openexr::{ImageError, read_halves, read_image};
@@ -437,7 +435,7 @@ fn summary(root: &Root) -> Summary {
         cameras: root.cameras.len(),
         skins: root.skins.len(),
         extensions_used: root.extensions_used.iter().map(|name| one_line(name)).collect(),
-        extensions_honoured: root.extensions_used.iter().filter(|name| document::SUPPORTED.contains(&name.as_str())).cloned().collect(),
+        extensions_honoured: root.extensions_used.iter().filter(|name| features::is_read(name)).cloned().collect(),
         extensions_required: root.extensions_required.iter().map(|name| one_line(name)).collect(),
         ..Summary::default()
     }

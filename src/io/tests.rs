@@ -7,6 +7,7 @@ mod environment;
 mod errors;
 mod factors;
 mod far;
+mod features;
 mod instancing;
 mod ktx2;
 mod layers;
