@@ -20,6 +20,8 @@ class LoadOptions(TypedDict, total=False):
 
     scene: Union[str, int, None]
     variant: Union[str, int, None]
+    at: Union[float, None]
+    animation: Union[str, int, None]
     limit: Union[Mapping[str, Union[int, str]], None]
     allow_outside: bool
     ignore_required: bool

@@ -27,7 +27,7 @@ pub use self::{
     alpha::AlphaSums,
     checkpoint::{CheckpointError, CheckpointFile, CheckpointHeader, Contents, Sums, encode_checkpoint},
     crop::Crop,
-    exr::{Header, Samples, encode_exr},
+    exr::{Header, Samples, encode_exr, read_header},
     fixed::FixedPoint,
     folder::{check_folder, write_folder},
     image::{Image, half_image_rel_mse},

@@ -235,6 +235,34 @@ impl<'a> Accessors<'a> {
         Ok(numbers.as_chunks::<4>().0.iter().map(|v| Vec4::from_array(*v)).collect())
     }
 
+    /// Numbers alone, floats: the times of keys. Not checked for being finite.
+    pub(super) fn scalars(&self, index: Index<Accessor>) -> Result<Vec<f32>, Fault> {
+        let packed = self.packed(index, Type::Scalar, "the times of an animation are scalars")?;
+        let numbers = match packed.component {
+            ComponentType::F32 => floats(&packed),
+            _ => None,
+        };
+        numbers.ok_or_else(|| {
+            Fault::invalid(format!("{}/componentType", pointer(index)), "the times of an animation are floats")
+        })
+    }
+
+    /// The values of an animation, whose elements are of this type: floats, or integers that stand for them. Not
+    /// checked for being finite.
+    pub(super) fn samples(&self, index: Index<Accessor>, kind: Type) -> Result<Vec<f32>, Fault> {
+        let name = match kind {
+            Type::Scalar => "SCALAR",
+            Type::Vec2 => "VEC2",
+            Type::Vec3 => "VEC3",
+            _ => "VEC4",
+        };
+        let packed = self.packed(index, kind, &format!("what an animation makes of this has type {name}"))?;
+        floats(&packed).ok_or_else(|| {
+            let what = "the values of an animation are floats, or 8 or 16 bit integers";
+            Fault::invalid(format!("{}/componentType", pointer(index)), what)
+        })
+    }
+
     fn numbers(&self, index: Index<Accessor>, kind: Type, rule: &str) -> Result<Vec<f32>, Fault> {
         let packed = self.packed(index, kind, rule)?;
         floats(&packed).ok_or_else(|| {

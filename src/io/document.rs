@@ -15,38 +15,9 @@ use serde_json::Value;
 
 use super::{
     error::{Fault, LoadError, one_line, quoted},
-    extensions,
+    extensions, features,
     limits::Required,
 };
-
-/// Extensions whose meaning is honoured.
-pub(super) const SUPPORTED: &[&str] = &[
-    "EXT_mesh_gpu_instancing",
-    "EXT_meshopt_compression",
-    "EXT_texture_webp",
-    "KHR_draco_mesh_compression",
-    "KHR_lights_punctual",
-    "KHR_materials_anisotropy",
-    "KHR_materials_clearcoat",
-    "KHR_materials_diffuse_transmission",
-    "KHR_materials_emissive_strength",
-    "KHR_materials_ior",
-    "KHR_materials_iridescence",
-    "KHR_materials_pbrSpecularGlossiness",
-    "KHR_materials_sheen",
-    "KHR_materials_specular",
-    "KHR_materials_transmission",
-    "KHR_materials_unlit",
-    "KHR_materials_variants",
-    "KHR_materials_volume",
-    "KHR_mesh_quantization",
-    "KHR_meshopt_compression",
-    "KHR_node_visibility",
-    "KHR_texture_basisu",
-    "KHR_texture_transform",
-    "PATHSPACE_sphere",
-    "PATHSPACE_thin_lens",
-];
 
 /// A GLB's two chunks; the JSON alone for a `.gltf`.
 pub(super) struct Chunks<'a> {
@@ -114,7 +85,7 @@ pub(super) fn parse(
 }
 
 /// gltf-json insists on `nodes` in every scene and on a `node` for every animation to move, glTF does not: an empty
-/// scene is a legal one, and extensions animate other things. (Animations are not played.)
+/// scene is a legal one, and extensions animate other things. (What channels animate is read from the JSON.)
 ///
 /// It is read from text again, not from the value: the code that reads a document is large, and compiled once this way.
 fn repaired(json: &[u8]) -> Option<Root> {
@@ -162,7 +133,7 @@ fn check(root: &Root, required: Required, warnings: &mut Vec<String>) -> Result<
 
 /// The policy: what is required must be supported, and what is optional and is not is named.
 fn honoured(root: &Root, policy: Required, warnings: &mut Vec<String>) -> Result<(), Fault> {
-    let unknown = |name: &&String| !SUPPORTED.contains(&name.as_str());
+    let unknown = |name: &&String| !features::is_read(name);
     let required: Vec<_> = root.extensions_required.iter().filter(unknown).map(String::as_str).collect();
     let mut seen = HashSet::new();
     let only_materials = required.iter().all(|name| extensions::is_of_materials(name));

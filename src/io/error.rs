@@ -71,6 +71,14 @@ pub enum LoadError {
         /// What was asked for, and what there is.
         what: String,
     },
+    /// The animation that was asked for is not in the file.
+    #[error("{file}: {what}")]
+    NoSuchAnimation {
+        /// The file.
+        file: String,
+        /// What was asked for, and what there is.
+        what: String,
+    },
     /// More than memory is meant to hold, refused before any is taken.
     #[error("{file}, {pointer}: {what}; simplify the model or split the file")]
     TooLarge {

@@ -104,7 +104,14 @@ impl Assembly<'_> {
     fn posed(&mut self, index: usize, node: &Node, placed: &Placed, nodes: &[Placed]) -> Result<(), Fault> {
         let parts = self.read_mesh(index, node.weights.as_deref())?;
         let joints = pose::joints(self.root, self.accessors, node, nodes, &mut self.loaded.warnings)?;
-        for to_world in transforms(self.accessors, node, placed)? {
+        let mut transforms = transforms(self.accessors, node, placed)?;
+        if joints.is_some() && transforms.len() > 1 {
+            let at = placed.pointer();
+            let what = "has a skin and instances: a skin is where its joints are, and is there once";
+            self.loaded.warnings.push(format!("{at} {what}"));
+            transforms.truncate(1);
+        }
+        for to_world in transforms {
             for part in &parts {
                 self.counts.add(part, placed, self.limits.triangles)?;
                 let world = match &joints {

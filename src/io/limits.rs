@@ -114,12 +114,24 @@ pub struct LoadOptions<'a> {
     pub scene: Option<&'a str>,
     /// The variant of materials to show (`KHR_materials_variants`), by name or number, if any.
     pub variant: Option<&'a str>,
+    /// The time at which animations are shown; without one, what they move is at rest.
+    pub at: Option<PosedAt<'a>>,
     /// What is too large.
     pub limits: Limits,
     /// Which other files it may point to.
     pub outside: Outside,
     /// What becomes of a file that requires an extension which is not supported.
     pub required: Required,
+}
+
+/// A time of a file's animations.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PosedAt<'a> {
+    /// Seconds. Before its first key and after its last an animated value is that of the key.
+    pub seconds: f32,
+    /// The animation to show, by name or number. Without one all are shown together, or the first where several move
+    /// the same thing.
+    pub animation: Option<&'a str>,
 }
 
 /// Where a document lies, and what it may ask for from there.

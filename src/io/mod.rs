@@ -5,13 +5,9 @@
 //! whatever it asks for that this version does not do is a sentence in [`Loaded::warnings`]; no input makes it panic.
 //!
 //! # Extensions
-//! `EXT_mesh_gpu_instancing`, `EXT_meshopt_compression`, `EXT_texture_webp`, `KHR_draco_mesh_compression`,
-//! `KHR_lights_punctual`, `KHR_mesh_quantization`, `KHR_meshopt_compression`, `KHR_node_visibility`,
-//! `KHR_texture_basisu`, `KHR_texture_transform`, and of the materials `KHR_materials_anisotropy`, `_clearcoat`,
-//! `_diffuse_transmission`, `_emissive_strength`, `_ior`, `_iridescence`, `_pbrSpecularGlossiness`, `_sheen`,
-//! `_specular`, `_transmission`, `_unlit`, `_variants` ([`LoadOptions::variant`]) and `_volume`. A
-//! *required* extension outside of this list is an error (one of materials a warning, with
-//! [`Required::MaterialsIgnored`]), an optional one a warning. Ours are the node extension
+//! [`EXTENSIONS`] lists what is read, and `docs/gltf.md` shows the list. A *required* extension outside of it is an error
+//! (one of materials a warning, with [`Required::MaterialsIgnored`]), an optional one a warning. Ours are the node
+//! extension
 //!
 //! ```json
 //! "extensions": { "PATHSPACE_sphere": { "radius": 0.5, "material": 2 } }
@@ -48,6 +44,7 @@
 //! that is not closed is warned of, and so is one that is inside out.
 
 mod accessor;
+mod animation;
 mod attribute;
 mod buffer;
 mod camera;
@@ -57,6 +54,7 @@ mod environment;
 mod error;
 mod extensions;
 mod far;
+mod features;
 mod image;
 mod influence;
 mod instancing;
@@ -88,13 +86,15 @@ use glam::{DVec3, Vec3};
 use gltf_json::Root;
 use serde_json::Value;
 
+pub use animation::NamedAnimation;
 pub use camera::{NamedCamera, ThinLens, View};
 pub use environment::{
     EnvironmentError, LoadedEnvironment, load_environment, load_environment_within, read_environment,
 };
 pub use error::LoadError;
+pub use features::{EXTENSIONS, Extension};
 pub use light::PunctualLight;
-pub use limits::{Limits, LoadOptions, Outside, Required};
+pub use limits::{Limits, LoadOptions, Outside, PosedAt, Required};
 pub use openexr::{ImageError, read_halves, read_image};
 
 use crate::scene::{
@@ -157,7 +157,7 @@ impl Loaded {
 }
 
 /// Counts of what a file contains, for `pathspace info`.
-#[derive(Clone, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct Summary {
     /// Whether the file is a GLB.
     pub binary: bool,
@@ -183,8 +183,10 @@ pub struct Summary {
     pub images: usize,
     /// Number of cameras.
     pub cameras: usize,
-    /// Number of animations.
-    pub animations: usize,
+    /// Its animations.
+    pub animations: Vec<NamedAnimation>,
+    /// The time that they are shown at, seconds; none if what they move is at rest.
+    pub at: Option<f32>,
     /// Number of skins.
     pub skins: usize,
     /// The extensions that it uses.
@@ -226,47 +228,66 @@ pub fn read(bytes: &[u8], folder: &Path, file: &str, options: &LoadOptions<'_>) 
     let chunks = document::chunks(bytes, file)?;
     let mut warnings = Vec::new();
     let mut root = document::parse(chunks.json, options.required, file, &mut warnings)?;
-    let exact = far::exact(&root, chunks.json);
+    let buffers =
+        accessor::check(&root, &place.limits).and_then(|()| buffer::read(&root, chunks.bin, place, &mut hash));
+    let buffers = buffers.map_err(|fault| fault.at(file))?;
+    let accessors = Accessors::new(&root, &buffers);
+    let mut animations = animation::list(&root, accessors);
+    let posed = match options.at {
+        Some(at) => animation::posed(chunks.json, &root, accessors, at, file, &mut warnings)?,
+        None => None,
+    };
+    let json = posed.as_ref().map_or(chunks.json, |posed| &posed.json);
+    match &posed {
+        Some(posed) => {
+            posed.shown.iter().for_each(|&index| animations[index].shown = true);
+            root = document::parse(json, options.required, file, &mut Vec::new())?;
+        }
+        None => animation::at_rest(&root, &mut warnings),
+    }
+    let exact = far::exact(&root, json);
     scenes::choose(&mut root, options.scene, file, &mut warnings)?;
     let variant = variants::choose(&mut root, options.variant, file)?;
-    match root.animations.len() {
-        0 => {}
-        1 => warnings.push("its animation is not played: what it moves is at rest".to_owned()),
-        count => warnings.push(format!("its {count} animations are not played: what they move is at rest")),
-    }
-    let assemble = || {
-        accessor::check(&root, &place.limits)?;
-        let buffers = buffer::read(&root, chunks.bin, place, &mut hash)?;
-        let images = Images::new(&root, &buffers, place, &mut hash);
-        let materials = material::all(&root, images, &mut warnings)?;
-        let mut scene = Assembly::new(&root, &buffers, place.limits, materials, warnings);
-        scene.nodes(&exact)?;
-        let lit = |id: MaterialId| !scene.materials[scene.sources[id.0 as usize]].unlit();
-        let outshone = light::outshone(&scene.loaded, lit).map(|(id, what)| {
-            let name = quoted(&scene.loaded.materials[id.0 as usize].name);
-            format!("/materials/{} ({name}): {what}", scene.sources[id.0 as usize])
-        });
-        let vague: Vec<_> = media::faults(&scene.loaded.geometry, &scene.loaded.materials)
-            .into_iter()
-            .map(|(id, fault)| {
-                let name = quoted(&scene.loaded.materials[id.0 as usize].name);
-                format!(
-                    "/materials/{} ({name}): {fault}, so that the volume which it bounds is no body: a segment of a \
-                     path lies \
-                     inside only if one of its ends is this surface seen from behind",
-                    scene.sources[id.0 as usize]
-                )
-            })
-            .collect();
-        let mut loaded = scene.loaded;
-        loaded.summary.binary = chunks.binary;
-        loaded.summary.variant = variant;
-        loaded.warnings.extend(outshone);
-        loaded.warnings.extend(vague);
-        Ok(loaded)
-    };
-    let mut loaded = assemble().map_err(|fault: Fault| fault.at(file))?;
+    let images = Images::new(&root, &buffers, place, &mut hash);
+    let assembled = assemble(&root, &buffers, images, &exact, place.limits, warnings);
+    let mut loaded = assembled.map_err(|fault| fault.at(file))?;
+    let at = options.at.filter(|_| posed.is_some()).map(|at| at.seconds);
+    loaded.summary = Summary { binary: chunks.binary, variant, animations, at, ..loaded.summary };
     loaded.hash = hash.hex();
+    Ok(loaded)
+}
+
+/// Puts together what a checked document shows.
+fn assemble(
+    root: &Root,
+    buffers: &Buffers,
+    images: Images<'_>,
+    exact: &[Value],
+    limits: Limits,
+    mut warnings: Vec<String>,
+) -> Result<Loaded, Fault> {
+    let materials = material::all(root, images, &mut warnings)?;
+    let mut scene = Assembly::new(root, buffers, limits, materials, warnings);
+    scene.nodes(exact)?;
+    let lit = |id: MaterialId| !scene.materials[scene.sources[id.0 as usize]].unlit();
+    let outshone = light::outshone(&scene.loaded, lit).map(|(id, what)| {
+        let name = quoted(&scene.loaded.materials[id.0 as usize].name);
+        format!("/materials/{} ({name}): {what}", scene.sources[id.0 as usize])
+    });
+    let vague: Vec<_> = media::faults(&scene.loaded.geometry, &scene.loaded.materials)
+        .into_iter()
+        .map(|(id, fault)| {
+            let name = quoted(&scene.loaded.materials[id.0 as usize].name);
+            format!(
+                "/materials/{} ({name}): {fault}, so that the volume which it bounds is no body: a segment of a path \
+                 lies inside only if one of its ends is this surface seen from behind",
+                scene.sources[id.0 as usize]
+            )
+        })
+        .collect();
+    let mut loaded = scene.loaded;
+    loaded.warnings.extend(outshone);
+    loaded.warnings.extend(vague);
     Ok(loaded)
 }
 
@@ -412,15 +433,9 @@ fn summary(root: &Root) -> Summary {
         textures: root.textures.len(),
         images: root.images.len(),
         cameras: root.cameras.len(),
-        animations: root.animations.len(),
         skins: root.skins.len(),
         extensions_used: root.extensions_used.iter().map(|name| one_line(name)).collect(),
-        extensions_honoured: root
-            .extensions_used
-            .iter()
-            .filter(|name| document::SUPPORTED.contains(&name.as_str()))
-            .cloned()
-            .collect(),
+        extensions_honoured: root.extensions_used.iter().filter(|name| features::is_read(name)).cloned().collect(),
         extensions_required: root.extensions_required.iter().map(|name| one_line(name)).collect(),
         ..Summary::default()
     }

@@ -1,11 +1,13 @@
 //! Tiny documents made by hand: what is read, and the sentence for each way in which a document can be wrong.
 
+mod animation;
 mod corpus;
 mod draco;
 mod environment;
 mod errors;
 mod factors;
 mod far;
+mod features;
 mod instancing;
 mod ktx2;
 mod layers;

@@ -16,6 +16,11 @@ const ENDLESS: &str = "1000000";
 
 /// An endless render that has written a checkpoint, and so is in the middle of its passes.
 fn endless(run: &Run, options: &[&str]) -> Child {
+    begun(run, options, "started.exr")
+}
+
+/// The same, whose first checkpoint has this name.
+fn begun(run: &Run, options: &[&str], first: &str) -> Child {
     let scene = scene();
     let mut command = Command::new(env!("CARGO_BIN_EXE_pathspace"));
     command
@@ -23,7 +28,7 @@ fn endless(run: &Run, options: &[&str]) -> Child {
         .args(options);
     command.args(["--checkpoint", "started.exr", "--checkpoint-every", "1ms"]);
     let child = command.current_dir(run.folder.path()).stderr(Stdio::piped()).spawn().unwrap();
-    wait_for(|| run.path("started.exr").exists());
+    wait_for(|| run.path(first).exists());
     child
 }
 
@@ -67,6 +72,28 @@ fn one_signal_ends_with_an_image_a_checkpoint_and_the_command_that_goes_on() {
         assert_eq!(code(&again), 0, "{command}: {}", stderr(&again));
         let same = run.image("b.exr", &[&own[..], &["--spp", &more]].concat());
         assert!(same == fs::read(run.path("a.exr")).unwrap(), "the image of {more} passes");
+    }
+}
+
+#[test]
+fn frames_go_on_by_the_command_that_is_said() {
+    let run = Run::new();
+    let options = ["-i", "path", "--frames", "0..1", "-o", "a.exr"];
+    let child = begun(&run, &options, "started.0000.exr");
+    signal(child.id(), "INT");
+    let output: Output = child.wait_with_output().unwrap();
+    let said = stderr(&output);
+    assert_eq!(code(&output), 130, "{said}");
+    let last = said.lines().last().unwrap();
+    assert!(last.starts_with("interrupted; to go on: ") && last.ends_with(" --resume started.exr"), "{said}");
+    assert_eq!(run.files(), ["a.0000.exr", "started.0000.exr"], "the second frame is not begun");
+    let more = (number_before(said.lines().rev().nth(2).unwrap(), " spp in ") + 3).to_string();
+    let command = last.split_once("go on: ").unwrap().1.replace(ENDLESS, &more);
+    let again = Command::new("sh").args(["-c", &command]).current_dir(run.folder.path()).output().unwrap();
+    assert_eq!(code(&again), 0, "{command}: {}", stderr(&again));
+    for (seed, name) in [("0", "a.0000.exr"), ("1", "a.0001.exr")] {
+        let whole = run.image("b.exr", &["-i", "path", "--spp", &more, "--seed", seed]);
+        assert!(whole == fs::read(run.path(name)).unwrap(), "{name}");
     }
 }
 

@@ -7,6 +7,7 @@ mod compare;
 mod converge;
 mod environment;
 mod extreme;
+mod frames;
 mod info;
 mod interruption;
 mod layers;

@@ -2,7 +2,7 @@
 
 use glam::{DVec3, Vec3};
 use pathspace::{
-    io::{Loaded, NamedCamera, PunctualLight, ThinLens, View},
+    io::{Loaded, NamedAnimation, NamedCamera, PunctualLight, ThinLens, View},
     scene::{
         layers::LayerMaps,
         material::{AlphaMode, EmissionSides, Material, VertexColors},
@@ -30,6 +30,8 @@ pub fn describe(loaded: &Loaded) -> Value {
         "scene": summary.scene,
         "variants": summary.variants,
         "variant": summary.variant,
+        "animations": summary.animations.iter().map(animation).collect::<Vec<_>>(),
+        "at": summary.at.map(number),
         "file": {
             "nodes": summary.nodes,
             "meshes": summary.meshes,
@@ -37,7 +39,7 @@ pub fn describe(loaded: &Loaded) -> Value {
             "textures": summary.textures,
             "images": summary.images,
             "cameras": summary.cameras,
-            "animations": summary.animations,
+            "animations": summary.animations.len(),
             "skins": summary.skins,
         },
         "geometry": {
@@ -59,6 +61,10 @@ pub fn describe(loaded: &Loaded) -> Value {
         },
         "warnings": loaded.warnings,
     })
+}
+
+fn animation(animation: &NamedAnimation) -> Value {
+    json!({ "name": animation.name, "seconds": animation.seconds.map(number), "shown": animation.shown })
 }
 
 /// Radiance and absorption are linear RGB, per steradian and square metre or nit, and per metre; textures are those

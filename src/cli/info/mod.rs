@@ -6,7 +6,7 @@ use std::{collections::BTreeMap, path::PathBuf};
 
 use glam::{DVec3, Vec3};
 use pathspace::{
-    io::{self, Loaded, PunctualLight, Summary, ThinLens, View},
+    io::{self, Loaded, NamedAnimation, PunctualLight, Summary, ThinLens, View},
     scene::{
         Scene,
         bsdf::Bsdf,
@@ -63,6 +63,7 @@ pub fn describe(loaded: &Loaded) -> String {
         format!("geometry   {} triangles, {} spheres", geometry.triangle_count(), geometry.sphere_count()),
     ];
     lines.extend(variants(&loaded.summary));
+    lines.extend(animations(&loaded.summary));
     if geometry.instance_count() > 0 {
         let (instances, meshes) = (geometry.instance_count(), geometry.mesh_count());
         lines.push(format!("instances  {instances} of {meshes} shared meshes, whose triangles are counted in each"));
@@ -124,6 +125,18 @@ fn variants(summary: &Summary) -> Option<String> {
     };
     let list = || summary.variants.iter().enumerate().map(one).collect::<Vec<_>>().join(", ");
     (!summary.variants.is_empty()).then(|| format!("variants   {}: {}", summary.variants.len(), list()))
+}
+
+/// `animations 2: 0 'Walk' (0.708 s, shown at 0.25 s), 1 'Run' (1.16 s)`, for a file that has any.
+fn animations(summary: &Summary) -> Option<String> {
+    let one = |(index, animation): (usize, &NamedAnimation)| {
+        let name = animation.name.as_ref().map(|name| format!(" '{name}'")).unwrap_or_default();
+        let seconds = animation.seconds.map_or_else(|| "of unknown length".to_owned(), |s| format!("{} s", short(s)));
+        let at = summary.at.filter(|_| animation.shown).map(|at| format!(", shown at {} s", short(at)));
+        format!("{index}{name} ({seconds}{})", at.unwrap_or_default())
+    };
+    let list = || summary.animations.iter().enumerate().map(one).collect::<Vec<_>>().join(", ");
+    (!summary.animations.is_empty()).then(|| format!("animations {}: {}", summary.animations.len(), list()))
 }
 
 fn view(view: View) -> String {

@@ -5,7 +5,7 @@ use std::{path::PathBuf, time::Duration};
 use pathspace::film::Crop;
 
 use crate::cli::{
-    render::data::DataArgs,
+    render::{data::DataArgs, frames::FrameArgs},
     shared::{
         args::{SceneArgs, VerbosityArgs},
         image::ImageArgs,
@@ -16,7 +16,7 @@ use crate::cli::{
 };
 
 /// What `pathspace render` is asked for.
-#[derive(Debug, clap::Args)]
+#[derive(Clone, Debug, clap::Args)]
 pub struct RenderArgs {
     #[command(flatten)]
     pub scene: SceneArgs,
@@ -59,6 +59,9 @@ pub struct RenderArgs {
     #[command(flatten)]
     pub part: PartArgs,
 
+    #[command(flatten)]
+    pub frames: FrameArgs,
+
     /// Show progress as a bar or lines, whatever suits (auto), as lines (plain), as a JSON object a line on standard
     /// output (json), or not at all (none)
     #[arg(long, value_name = "STYLE", default_value = "auto", value_parser = values::progress())]
@@ -77,7 +80,7 @@ pub struct RenderArgs {
 }
 
 /// Renders that are stopped, continued or shared among machines.
-#[derive(Debug, clap::Args)]
+#[derive(Clone, Debug, clap::Args)]
 pub struct PartArgs {
     /// Keep the exact state of the render in this .exr file, to --resume from: now and then, and at the end [default:
     /// none, but Ctrl-C and SIGTERM finish the pass and write OUT.checkpoint.exr; a second one stops at once]

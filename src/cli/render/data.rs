@@ -11,7 +11,7 @@ use std::ops::Index;
 use crate::cli::shared::{exit::Failure, pictures::Outputs, values::Shard};
 
 /// Data layers as channels of the .exr file.
-#[derive(Debug, clap::Args)]
+#[derive(Clone, Debug, clap::Args)]
 pub struct DataArgs {
     /// What denoisers and compositors ask for, as channels of the .exr file
     #[arg(long, value_name = "SET", value_delimiter = ',')]

@@ -4,16 +4,21 @@ pub mod args;
 mod black;
 pub mod data;
 mod foretell;
+mod frames;
 pub mod keep;
 pub mod pass_loop;
 pub mod rendered;
 pub mod stats;
 mod viewer;
 
-use std::{collections::BTreeMap, ops::Range, path::PathBuf};
+use std::{
+    collections::{BTreeMap, BTreeSet},
+    ops::Range,
+    path::{Path, PathBuf},
+};
 
 use pathspace::{
-    film::{AlphaSums, Contents, Crop, Film},
+    film::{AlphaSums, Contents, Crop, Film, Format, read_header},
     path::JoinedPath,
     render::{Background, MergeRadius, Renderer, Settings},
     scene::{Scene, camera::Sensor},
@@ -28,7 +33,7 @@ use crate::cli::{
         foretell::foretell,
         keep::Keeper,
         pass_loop::{Next, Quality, Watch},
-        rendered::Rendered,
+        rendered::{Rendered, image_header},
         stats::Phases,
         viewer::Viewer,
     },
@@ -39,7 +44,7 @@ use crate::cli::{
         header::{self, CHOICE, Job},
         image::{DEFAULT_SPP, DEFAULT_WIDTH, check_light_samples, check_light_subpaths},
         interrupt::Interrupt,
-        opened::Opened,
+        opened::{self, Opened},
         pictures::Outputs,
         progress::{Goal, MOST_PASSES, Moment, Progress},
         saved,
@@ -61,37 +66,51 @@ pub fn run(args: &RenderArgs) -> Result<Exit, Failure> {
     let terminal = Terminal::new(args.verbosity.verbosity());
     let interrupt = Interrupt::watch().map_err(|error| Failure::usage(format!("cannot watch for signals: {error}")))?;
     refuse(args)?;
+    let pool = args.image.paths.thread_pool()?;
+    match args.frames.frames {
+        Some(frames) => frames::run(args, frames, (&pool, &interrupt, terminal), image),
+        None => image(args, &mut BTreeSet::new(), &pool, &interrupt, terminal),
+    }
+}
+
+/// Renders one image. What `said` has is not warned of again.
+fn image(
+    args: &RenderArgs,
+    said: &mut BTreeSet<String>,
+    pool: &ThreadPool,
+    interrupt: &Interrupt,
+    terminal: Terminal,
+) -> Result<Exit, Failure> {
     let outputs = outputs(args)?;
     check_places(args, &outputs)?;
-    let pool = args.image.paths.thread_pool()?;
     let mut phases = Phases::start();
 
-    let opened = Opened::read(&args.scene, terminal)?;
+    let loaded = opened::load_after(&args.scene, said, terminal)?;
+    let opened = Opened::new(loaded, &args.scene, terminal)?;
     phases.end("read");
-    with_renderer(args, opened, &pool, &mut phases, terminal, |ready, phases| {
+    with_renderer(args, opened, pool, &mut phases, terminal, |ready, phases| {
         let Ready { job, recorded, mut renderer } = ready;
         let Wanted { goal, whole, .. } = wanted(args);
+        if let Some(file) = finished(args, &outputs, (job, recorded), &renderer) {
+            terminal.say(format_args!("'{}' is finished: left as it is", file.display()));
+            return Ok(Exit::Done);
+        }
         let mut keeper = Keeper::new(&args.part, &outputs, job.sensor, recorded, whole);
         let mut progress = Progress::new(args.progress, terminal);
-        progress.event(|| started(job, &renderer, whole));
+        progress.event(|| started(args, job, &renderer, whole));
         let quality = args.noise.map(Quality::new);
         let mut viewer = Viewer::connect(args.display.as_deref(), shown_as(args), terminal);
         interrupt.spare(terminal);
-        let mut watchers = Watchers {
-            progress: &mut progress,
-            viewer: &mut viewer,
-            keeper: &mut keeper,
-            interrupt: &interrupt,
-            terminal,
-        };
-        let ended = pass_loop::run(&mut renderer, &pool, (goal, quality), &mut watchers);
+        let mut watchers =
+            Watchers { progress: &mut progress, viewer: &mut viewer, keeper: &mut keeper, interrupt, terminal };
+        let ended = pass_loop::run(&mut renderer, pool, (goal, quality), &mut watchers);
         interrupt.settle();
         progress.finish();
         viewer.show(&renderer, terminal);
         pass_loop::summarise(&renderer, &ended.moment, terminal);
         let black = black(job, &renderer);
         let (outputs, renderer, keeper) = (&outputs, &renderer, &keeper);
-        let rendered = Rendered { args, job, recorded, whole, outputs, renderer, ended, black, keeper, pool: &pool };
+        let rendered = Rendered { args, job, recorded, whole, outputs, renderer, ended, black, keeper, pool };
         rendered.finish(&progress, phases, terminal)
     })
 }
@@ -129,7 +148,7 @@ pub fn with_renderer<R>(
         opened.loaded.geometry.set_effort_for(samples);
     }
     let (view, scene_hash) = (opened.view.clone(), opened.loaded.hash.clone());
-    let (shown, variant) = (opened.shown, opened.loaded.summary.variant);
+    let (shown, variant, at) = (opened.shown, opened.loaded.summary.variant, opened.at.clone());
     let (scene, environment) = opened.into_scene(&args.scene, sensor, terminal)?;
     let lights = args.image.paths.lights.unwrap_or_else(|| candidates[0].integrator.choice_among(scene.lights()));
     let mut scene = scene.choosing_lights(lights);
@@ -146,6 +165,7 @@ pub fn with_renderer<R>(
         scene_hash,
         shown,
         variant,
+        at,
         camera,
         sensor,
         settings: &settings,
@@ -230,12 +250,13 @@ fn shown_as(args: &RenderArgs) -> String {
 }
 
 /// The first object of `--progress json`.
-fn started(job: &Job<'_>, renderer: &Renderer<'_>, whole: Option<u32>) -> Value {
+fn started(args: &RenderArgs, job: &Job<'_>, renderer: &Renderer<'_>, whole: Option<u32>) -> Value {
     json!({
         "event": "start",
         "layout": stats::LAYOUT,
         "version": env!("CARGO_PKG_VERSION"),
         "scene": job.scene_hash,
+        "frame": args.frames.this.as_ref().map(|frame| frame.number),
         "width": job.sensor.width,
         "height": job.sensor.height,
         "integrator": job.settings.integrator.name(),
@@ -273,14 +294,43 @@ fn announced(args: &RenderArgs, sensor: Sensor) -> Option<u64> {
     }
 }
 
+/// The output that is finished already: of the same settings, with all samples that are wanted, among frames that are
+/// gone on with. Another format than OpenEXR does not say what it is.
+fn finished<'o>(
+    args: &RenderArgs,
+    outputs: &'o Outputs,
+    of: (&Job<'_>, &BTreeMap<String, String>),
+    renderer: &Renderer<'_>,
+) -> Option<&'o Path> {
+    if !args.frames.goes_on {
+        return None;
+    }
+    let is_there = outputs.paths().all(|path| path.exists());
+    let (path, _) = outputs.0.iter().find(|(_, format)| *format == Format::Exr).filter(|_| is_there)?;
+    let found = read_header(path).ok()?;
+    let mut header = image_header(args, of, renderer, None).attributes;
+    header.retain(|(name, _)| !header::OF_SAMPLES.contains(&name.as_str()));
+    header.push((header::SPP.to_owned(), wanted(args).passes.len().to_string()));
+    let same = header.iter().all(|(name, value)| name == CHOICE || found.get(name) == Some(value));
+    let more = found
+        .keys()
+        .any(|name| !header::OF_SAMPLES.contains(&name.as_str()) && !header.iter().any(|(known, _)| known == name));
+    (same && !more).then_some(path)
+}
+
 /// The files to write.
 fn outputs(args: &RenderArgs) -> Result<Outputs, Failure> {
+    let outputs = Outputs::check(output_paths(args))?;
+    if args.part.shard.is_some() && !args.output.is_empty() {
+        outputs.refuse_png("a shard")?;
+    }
+    Ok(outputs)
+}
+
+/// Their names.
+fn output_paths(args: &RenderArgs) -> Vec<PathBuf> {
     if !args.output.is_empty() {
-        let outputs = Outputs::check(args.output.clone())?;
-        if args.part.shard.is_some() {
-            outputs.refuse_png("a shard")?;
-        }
-        return Ok(outputs);
+        return args.output.clone();
     }
     let stem = args.scene.file.file_stem().unwrap_or("pathspace".as_ref());
     let integrator = args.image.integrator.name();
@@ -293,7 +343,7 @@ fn outputs(args: &RenderArgs) -> Result<Outputs, Failure> {
         name.push(end);
         PathBuf::from(name)
     };
-    Outputs::check(ends.into_iter().map(name).collect())
+    ends.into_iter().map(name).collect()
 }
 
 fn crop(args: &RenderArgs, sensor: Sensor) -> Result<Crop, Failure> {

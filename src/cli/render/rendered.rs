@@ -152,7 +152,11 @@ impl Rendered<'_> {
             terminal.say(format_args!("note: the image is {bias}"));
         }
         if let (Some(_), Some(checkpoint)) = (self.ended.interrupted, written.checkpoint) {
-            terminal.say(format_args!("interrupted; to go on: {}", resume_command(checkpoint)));
+            let goes_on = match &self.args.frames.this {
+                None => resume_command(checkpoint),
+                Some(frame) => frame.resume.as_deref().map_or_else(|| frame.rest(), resume_command),
+            };
+            terminal.say(format_args!("interrupted; to go on: {goes_on}"));
         }
     }
 

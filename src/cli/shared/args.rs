@@ -5,7 +5,7 @@ use std::{path::PathBuf, time::Duration};
 use pathspace::{
     film::Crop,
     integrator::IntegratorKind,
-    io::{Limits, LoadOptions, Outside, Required},
+    io::{Limits, LoadOptions, Outside, PosedAt, Required},
     path::Roulette,
     scene::{geometry::BuildEffort, light::LightChoice},
     verify::Budget,
@@ -23,7 +23,7 @@ use crate::cli::shared::{
 const LARGEST_SIDE: i64 = 32_768;
 
 /// Which scene, from where, under which sky: what every command that renders asks for.
-#[derive(Debug, clap::Args)]
+#[derive(Clone, Debug, clap::Args)]
 pub struct SceneArgs {
     /// The scene, glTF 2.0 (.gltf or .glb)
     #[arg(value_name = "SCENE")]
@@ -76,12 +76,22 @@ pub struct SceneArgs {
 }
 
 /// What a scene file may ask for.
-#[derive(Debug, clap::Args)]
+#[derive(Clone, Debug, clap::Args)]
 pub struct LoadArgs {
     /// Variant of a file's materials (KHR_materials_variants), by name or index [default: the materials that they have
     /// without]
     #[arg(long, value_name = "NAME|INDEX", allow_hyphen_values = true)]
     variant: Option<String>,
+
+    /// Show the scene's animations, with their skins and morph targets, at this time in seconds; before the first and
+    /// after the last key they stand still [default: what they move is at rest]
+    #[arg(long, value_name = "SECONDS", group = "posed", allow_negative_numbers = true, value_parser = values::finite)]
+    pub at: Option<f32>,
+
+    /// Which animation of a file with several, by name or index [default: all of them, or the first if some move the
+    /// same things]
+    #[arg(long, value_name = "NAME|INDEX", requires = "posed", allow_hyphen_values = true)]
+    animation: Option<String>,
 
     /// Refuse files that have more of something: file-bytes, decoded-bytes (of compressed geometry), texels,
     /// environment-texels, vertices (of an accessor), zeros (without data), triangles, instances or depth (of nodes);
@@ -113,12 +123,13 @@ impl LoadArgs {
     pub fn options<'a>(&'a self, scene: Option<&'a str>) -> LoadOptions<'a> {
         let outside = if self.allow_outside { Outside::Allowed } else { Outside::Refused };
         let required = if self.ignore_required { Required::MaterialsIgnored } else { Required::Honoured };
-        LoadOptions { scene, variant: self.variant.as_deref(), limits: self.limits(), outside, required }
+        let at = self.at.map(|seconds| PosedAt { seconds, animation: self.animation.as_deref() });
+        LoadOptions { scene, variant: self.variant.as_deref(), at, limits: self.limits(), outside, required }
     }
 }
 
 /// How large the image is.
-#[derive(Debug, clap::Args)]
+#[derive(Clone, Debug, clap::Args)]
 pub struct SizeArgs {
     /// Image width in pixels [default: 512, or 128 for verify; or from --height]
     #[arg(long, value_name = "W", value_parser = clap::value_parser!(u32).range(1..=LARGEST_SIDE))]
@@ -157,7 +168,7 @@ pub fn check_memory(needed: u64, limit: Bytes, pixels: Crop) -> Result<(), Failu
 }
 
 /// Which paths, and by which random numbers.
-#[derive(Debug, clap::Args)]
+#[derive(Clone, Debug, clap::Args)]
 pub struct PathArgs {
     /// Longest path, in edges
     #[arg(long, value_name = "N", default_value_t = 16, value_parser = clap::value_parser!(u32).range(1..=255))]
@@ -194,7 +205,7 @@ impl PathArgs {
 }
 
 /// How long several integrators are rendered for.
-#[derive(Debug, clap::Args)]
+#[derive(Clone, Debug, clap::Args)]
 pub struct BudgetArgs {
     /// Time to spend (30s, 5m, 2h): in all for verify [default: 60s], on each integrator for converge [default: 20s]
     #[arg(long, value_name = "TIME", value_parser = values::duration)]
@@ -221,7 +232,7 @@ pub fn check_distinct(integrators: &[IntegratorKind]) -> Result<(), Failure> {
 }
 
 /// How much is said.
-#[derive(Debug, clap::Args)]
+#[derive(Clone, Debug, clap::Args)]
 pub struct VerbosityArgs {
     /// Say nothing but errors
     #[arg(short, long, conflicts_with = "verbose")]

@@ -13,7 +13,7 @@ use crate::cli::shared::{exit::Failure, terminal::Terminal, values};
 /// The radiance around a scene that has no light and was given none.
 pub const NEUTRAL: Rgb = Rgb::ONE;
 
-#[derive(Debug, clap::Args)]
+#[derive(Clone, Debug, clap::Args)]
 pub struct EnvironmentArgs {
     /// Environment map around the scene, equirectangular, .hdr or .exr: +y up, +x in the middle, +z to its right
     /// [default: none; radiance 1 from everywhere if the scene has no light at all]

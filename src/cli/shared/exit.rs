@@ -72,7 +72,9 @@ pub struct Failure {
 impl From<LoadError> for Failure {
     fn from(error: LoadError) -> Self {
         match error {
-            LoadError::NoSuchScene { .. } | LoadError::NoSuchVariant { .. } => Self::usage(error.to_string()),
+            LoadError::NoSuchScene { .. } | LoadError::NoSuchVariant { .. } | LoadError::NoSuchAnimation { .. } => {
+                Self::usage(error.to_string())
+            }
             _ => Self::input(error.to_string()),
         }
     }

@@ -27,6 +27,8 @@ pub struct Job<'a> {
     pub shown: Option<usize>,
     /// Which variant of its materials.
     pub variant: Option<usize>,
+    /// When its animations are shown, and which.
+    pub at: Option<String>,
     pub camera: &'a NamedCamera,
     pub sensor: Sensor,
     pub settings: &'a Settings,
@@ -63,7 +65,7 @@ pub fn settings(job: &Job<'_>) -> BTreeMap<String, String> {
 }
 
 /// What a header has only where it is not as usual.
-fn unusual(job: &Job<'_>) -> [(&'static str, Option<String>); 18] {
+fn unusual(job: &Job<'_>) -> [(&'static str, Option<String>); 19] {
     let Job { settings, lights, .. } = job;
     let unless_one = |count: u32| (count != 1).then(|| count.to_string());
     let relative = |RelativeRoulette { threshold, end }| format!("{threshold},{end}");
@@ -82,6 +84,7 @@ fn unusual(job: &Job<'_>) -> [(&'static str, Option<String>); 18] {
         ("hemisphere", (settings.hemisphere != Directions::Bsdf).then(|| settings.hemisphere.name().to_owned())),
         ("scene-index", job.shown.map(|index| index.to_string())),
         ("variant", job.variant.map(|index| index.to_string())),
+        ("at", job.at.clone()),
         ("environment", job.environment.clone()),
         ("clamp", settings.clamp.map(|clamp| clamp.to_string())),
         ("background", is_transparent.then(|| "transparent".to_owned())),
@@ -105,6 +108,12 @@ pub const CHOICE: &str = "choice";
 /// What a header says of the bias of merging, where there is any.
 pub const BIAS: &str = "bias";
 
+/// The number of samples per pixel.
+pub const SPP: &str = "spp";
+
+/// What a header says of the samples, and not of how they are made.
+pub const OF_SAMPLES: [&str; 5] = [BIAS, SPP, "noise", "passes", "errors"];
+
 /// What merging does to the mean of these passes.
 fn bias(radius: MergeRadius, passes: &Range<u32>) -> Option<String> {
     let last = passes.end.checked_sub(1)?;
@@ -126,7 +135,7 @@ pub fn header(sensor: Sensor, settings: &BTreeMap<String, String>, sums: &Sums<'
     if let Some(bias) = radius.and_then(|radius| bias(radius.parse().ok()?, &passes.span())) {
         add(BIAS, bias);
     }
-    add("spp", passes.count().to_string());
+    add(SPP, passes.count().to_string());
     add("noise", noise(passes.noise(sums.film), passes.count(), sums.film));
     if !passes.is_from_start() {
         add("passes", passes.to_string());

@@ -39,7 +39,7 @@ const PATHS: &str =
     "Only the paths that a light path expression holds for, as with --layer: 'C.*[DG]S+L' renders caustics alone";
 
 /// Which paths make a pixel, and how they are sampled.
-#[derive(Debug, clap::Args)]
+#[derive(Clone, Debug, clap::Args)]
 pub struct ImageArgs {
     /// How paths are sampled
     #[arg(short, long, value_name = "NAME", default_value = "auto", value_parser = values::integrator())]

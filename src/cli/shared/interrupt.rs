@@ -26,8 +26,9 @@ pub struct Interrupt {
     signal: Arc<AtomicUsize>,
     /// Whether the next signal ends the program on the spot.
     at_once: Arc<AtomicBool>,
-    /// Whether there is nothing more to be asked for.
-    settled: Arc<AtomicBool>,
+    /// How often there was something to lose, and how often it was brought to safety: once for each image.
+    spared: AtomicUsize,
+    settled: Arc<AtomicUsize>,
 }
 
 impl Interrupt {
@@ -37,7 +38,7 @@ impl Interrupt {
     /// Watches for signals. Until [`Interrupt::spare`] each ends the program at once, since nothing would be lost.
     pub fn watch() -> io::Result<Self> {
         let at_once = Arc::new(AtomicBool::new(true));
-        let this = Self { signal: Arc::default(), at_once, settled: Arc::default() };
+        let this = Self { signal: Arc::default(), at_once, spared: AtomicUsize::new(0), settled: Arc::default() };
         for (signal, exit) in Self::ENDS {
             // Actions run in this order: a signal that may end the program has done so before it asks for anything.
             flag::register_conditional_shutdown(signal, exit as i32, this.at_once.clone())?;
@@ -52,11 +53,12 @@ impl Interrupt {
     pub fn spare(&self, terminal: Terminal) {
         self.at_once.store(false, SeqCst);
         let (signal, settled) = (self.signal.clone(), self.settled.clone());
+        let this = self.spared.fetch_add(1, SeqCst) + 1;
         let watch = move || {
-            while !settled.load(SeqCst) {
+            while settled.load(SeqCst) < this {
                 let asked = signal.load(SeqCst) != 0;
                 thread::sleep(Self::WATCH);
-                if asked && !settled.load(SeqCst) {
+                if asked && settled.load(SeqCst) < this {
                     return terminal.say("finishing this pass to keep it; a second Ctrl-C or SIGTERM stops at once");
                 }
             }
@@ -67,7 +69,7 @@ impl Interrupt {
 
     /// The passes are over.
     pub fn settle(&self) {
-        self.settled.store(true, SeqCst);
+        self.settled.store(self.spared.load(SeqCst), SeqCst);
     }
 
     /// How the program is to end, if it was asked to.

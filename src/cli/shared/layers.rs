@@ -12,7 +12,7 @@ use pathspace::{
 use crate::cli::shared::{args::SizeArgs, exit::Failure, pictures::Outputs};
 
 /// Layers as channels of the .exr file.
-#[derive(Debug, clap::Args)]
+#[derive(Clone, Debug, clap::Args)]
 pub struct LayerArgs {
     /// A layer of the paths that a light path expression holds for.
     #[arg(long, value_name = "NAME=EXPR", value_parser = layer, help = LAYER)]

@@ -1,6 +1,6 @@
 //! How the values of options are written.
 
-use std::{ops::Range, time::Duration};
+use std::{fmt, ops::Range, time::Duration};
 
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use glam::DVec3;
@@ -48,6 +48,19 @@ impl Shard {
     pub fn passes(self, whole: u32) -> Range<u32> {
         let end = |shards: u32| (u64::from(whole) * u64::from(shards) / u64::from(self.count)) as u32;
         end(self.index - 1)..end(self.index)
+    }
+}
+
+/// `--frames`: the first and the last one.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Frames {
+    pub first: u32,
+    pub last: u32,
+}
+
+impl fmt::Display for Frames {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}..{}", self.first, self.last)
     }
 }
 
@@ -237,6 +250,16 @@ pub fn noise(text: &str) -> Result<f64, String> {
     fraction.filter(|x| *x > 0.0 && *x < 1.0).ok_or_else(|| "a noise is written like 5% or 0.05, below 100%".to_owned())
 }
 
+/// `0..47`, both included, or `12`.
+pub fn frames(text: &str) -> Result<Frames, String> {
+    let (first, last) = text.split_once("..").unwrap_or((text, text));
+    match (first.trim().parse(), last.trim().parse()) {
+        (Ok(first), Ok(last)) if first <= last => Ok(Frames { first, last }),
+        (Ok(_), Ok(_)) => Err("the first frame is not after the last".to_owned()),
+        _ => Err("frames are written like 0..47, which includes both, or 12".to_owned()),
+    }
+}
+
 /// `x0,y0,x1,y1`.
 pub fn crop(text: &str) -> Result<Crop, String> {
     match numbers::<u32>(text)?[..] {
@@ -415,6 +438,13 @@ mod tests {
 
     #[test]
     fn lists_of_numbers_are_checked() {
+        assert_eq!(
+            (frames("0..47"), frames("7")),
+            (Ok(Frames { first: 0, last: 47 }), Ok(Frames { first: 7, last: 7 }))
+        );
+        for bad in ["", "..", "1..", "..3", "3..1", "-1..2", "1..=2", "1.5", "1...2", "0..4294967296"] {
+            assert!(frames(bad).is_err(), "{bad}");
+        }
         assert_eq!(crop("1,2,3,4"), Ok(Crop { x0: 1, y0: 2, x1: 3, y1: 4 }));
         for bad in ["1,2,3", "3,0,1,1", "0,0,0,0", "-1,0,1,1", "a,b,c,d", "1,2,3,4,5", ""] {
             assert!(crop(bad).is_err(), "{bad}");

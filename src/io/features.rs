@@ -1,0 +1,152 @@
+//! The extensions that are read: one list, by which files are accepted or refused and which `docs/gltf.md` shows.
+
+/// An extension that is read.
+#[derive(Clone, Copy, Debug)]
+pub struct Extension {
+    /// As `extensionsUsed` has it.
+    pub name: &'static str,
+    /// What of it is read.
+    pub read: &'static str,
+    /// What of it is not, or not as it says; empty if nothing.
+    pub limits: &'static str,
+    /// The tests that read files with it, as `file::test` below `src/io/`.
+    pub tests: &'static [&'static str],
+}
+
+/// Whether files may require this extension.
+pub(super) fn is_read(name: &str) -> bool {
+    EXTENSIONS.iter().any(|extension| extension.name == name)
+}
+
+const fn of(name: &'static str, read: &'static str, limits: &'static str, tests: &'static [&'static str]) -> Extension {
+    Extension { name, read, limits, tests }
+}
+
+const BENT: &str = "tests/layers::each_texture_multiplies_its_factor_by_its_channel";
+const BSDFS: &str = "tests/reading::materials_become_bsdfs";
+const COMPRESSED: &[&str] = &[
+    "meshopt/tests::streams_of_meshoptimizer_are_what_its_decoder_makes_of_them",
+    "meshopt/tests::a_compressed_triangle_is_the_plain_one",
+];
+const PLACES: &str = "tests/reading::spheres_scale_with_their_node";
+
+/// The extensions that are read, in alphabetical order.
+pub const EXTENSIONS: &[Extension] = &[
+    of(
+        "EXT_mesh_gpu_instancing",
+        "TRANSLATION, ROTATION and SCALE of instances",
+        "attributes of other names; a skinned mesh is there once",
+        &["tests/instancing::gpu_instances_are_placed_by_their_attributes_below_the_node"],
+    ),
+    of("EXT_meshopt_compression", "all modes and filters", "", COMPRESSED),
+    of("EXT_texture_webp", "images", "", &["tests/textures::webp_of_the_extension_comes_before_the_fallback"]),
+    of(
+        "KHR_animation_pointer",
+        "with `--at` and `--frames`: transforms, weights, visibility, cameras, lamps, factors of materials, transforms \
+         of textures",
+        "properties that are not read",
+        &["tests/animation::whatever_can_be_animated_is_what_the_document_says_at_that_time"],
+    ),
+    of(
+        "KHR_draco_mesh_compression",
+        "bitstream 2.2, triangles",
+        "other versions, point clouds",
+        &["tests/draco::a_draco_mesh_is_what_it_is_whatever_else_is_announced"],
+    ),
+    of(
+        "KHR_lights_punctual",
+        "points, spots and suns",
+        "`range`: light never ends",
+        &["tests/reading::lights_and_cameras_stand_in_world_space"],
+    ),
+    of(
+        "KHR_materials_anisotropy",
+        "strength, rotation, texture",
+        "materials that transmit",
+        &["tests/layers::the_grain_turns_counter_clockwise_from_the_tangent", BENT],
+    ),
+    of(
+        "KHR_materials_clearcoat",
+        "factors, textures, normals",
+        "the coat does not darken emission; materials that transmit",
+        &["tests/layers::a_coat_without_a_normal_texture_has_the_meshs_normal", BENT],
+    ),
+    of(
+        "KHR_materials_diffuse_transmission",
+        "factors and textures",
+        "as through a thin sheet, also on a volume",
+        &[BENT],
+    ),
+    of(
+        "KHR_materials_emissive_strength",
+        "strength",
+        "",
+        &["tests/reading::emission_that_lamps_outshine_is_said_to_be"],
+    ),
+    of("KHR_materials_ior", "index of refraction, 0 too", "", &[BSDFS]),
+    of(
+        "KHR_materials_iridescence",
+        "factors and textures",
+        "films thicker than 4095 nm; materials that transmit",
+        &[BENT],
+    ),
+    of(
+        "KHR_materials_pbrSpecularGlossiness",
+        "converted to layers",
+        "",
+        &["tests/layers::speculars_and_glossiness_are_converted"],
+    ),
+    of("KHR_materials_sheen", "factors and textures", "roughness below 0.1; materials that transmit", &[BENT]),
+    of(
+        "KHR_materials_specular",
+        "factors and textures",
+        "materials that transmit",
+        &[BSDFS, "tests/textures::each_slot_multiplies_its_parameter"],
+    ),
+    of(
+        "KHR_materials_transmission",
+        "factor and texture, thin or with a volume",
+        "materials between metal and glass",
+        &[BSDFS],
+    ),
+    of(
+        "KHR_materials_unlit",
+        "an emitter of the base colour",
+        "",
+        &["tests/textures::unlit_is_an_emitter_of_its_base_colour"],
+    ),
+    of("KHR_materials_variants", "with `--variant`", "", &["tests/variants::a_variant_gives_primitives_its_materials"]),
+    of(
+        "KHR_materials_volume",
+        "attenuation, and whether there is a thickness",
+        "the mesh bounds the volume, not its thickness",
+        &[BSDFS, "tests/factors::an_attenuation_distance_of_zero_is_infinite"],
+    ),
+    of("KHR_mesh_quantization", "all types", "", &["tests/reading::sparse_and_quantized_accessors"]),
+    of("KHR_meshopt_compression", "all modes and filters, versions 0 and 1", "", COMPRESSED),
+    of(
+        "KHR_node_visibility",
+        "nodes and what is below them, also animated",
+        "cameras are always there",
+        &["tests/variants::invisible_nodes_are_not_there_but_for_cameras"],
+    ),
+    of(
+        "KHR_texture_basisu",
+        "ETC1S and UASTC, also with Zstandard",
+        "the largest level, 8 bits per channel",
+        &["tests/ktx2::files_of_basis_universal_are_what_its_decoder_makes_of_them"],
+    ),
+    of(
+        "KHR_texture_transform",
+        "offset, rotation, scale and set",
+        "",
+        &["tests/textures::samplers_transforms_and_sets_are_honoured"],
+    ),
+    of("PATHSPACE_sphere", "analytic spheres, of this project", "", &[PLACES]),
+    of(
+        "PATHSPACE_thin_lens",
+        "lenses of cameras, of this project",
+        "",
+        &["tests/reading::lenses_and_orthographic_films_are_in_metres_of_the_world"],
+    ),
+];
