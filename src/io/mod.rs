@@ -61,6 +61,7 @@ mod image;
 mod influence;
 mod instancing;
 mod ktx2;
+mod layered;
 mod layers;
 mod light;
 mod limits;
@@ -93,6 +94,7 @@ pub use environment::{
     EnvironmentError, LoadedEnvironment, load_environment, load_environment_within, read_environment,
 };
 pub use error::LoadError;
+pub use layered::{Layered, read_attributes, read_layered};
 pub use light::PunctualLight;
 pub use limits::{Limits, LoadOptions, Outside, Required};
 pub use openexr::{ImageError, read_halves, read_image};

@@ -8,7 +8,7 @@ use pathspace::{
     converge::{PYRAMID_DEPTH, Plan, Report, Stage, converge},
     film::{Crop, Film, Image, check_writable, write_atomically},
     integrator::IntegratorKind,
-    io::{Limits, read_image},
+    io::{ImageError, Limits, read_image},
     scene::{Scene, camera::Sensor, light::LightChoice},
     verify::Budget,
 };
@@ -20,6 +20,7 @@ use crate::cli::{
     shared::{
         args::{BudgetArgs, PathArgs, SceneArgs, SizeArgs, VerbosityArgs, check_distinct},
         camera,
+        denoised::is_denoised,
         exit::{Exit, Failure},
         interrupt::Interrupt,
         listening::listening,
@@ -175,8 +176,13 @@ fn files(args: &ConvergeArgs, title: &str) -> Result<[PathBuf; 3], Failure> {
 
 /// The image of `--reference`.
 pub fn given(args: &ConvergeArgs) -> Result<Option<Image>, Failure> {
-    let image = args.reference.as_ref().map(|path| read_image(&Limits::default(), path)).transpose();
-    image.map_err(|error| Failure::input(error.to_string()))
+    let Some(path) = &args.reference else { return Ok(None) };
+    let unreadable = |error: ImageError| Failure::input(error.to_string());
+    if is_denoised(path).map_err(unreadable)? {
+        let path = path.display();
+        return Err(Failure::input(format!("'{path}' is denoised, and no error can be measured against its bias")));
+    }
+    read_image(&Limits::default(), path).map(Some).map_err(unreadable)
 }
 
 /// Refuses a reference of another size, and images that do not fit into memory.

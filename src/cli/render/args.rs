@@ -5,7 +5,7 @@ use std::{path::PathBuf, time::Duration};
 use pathspace::film::Crop;
 
 use crate::cli::{
-    render::data::DataArgs,
+    render::{data::DataArgs, denoise::DenoiseArgs},
     shared::{
         args::{SceneArgs, VerbosityArgs},
         image::ImageArgs,
@@ -55,6 +55,9 @@ pub struct RenderArgs {
 
     #[command(flatten)]
     pub data: DataArgs,
+
+    #[command(flatten)]
+    pub denoise: DenoiseArgs,
 
     #[command(flatten)]
     pub part: PartArgs,

@@ -3,6 +3,7 @@
 pub mod args;
 mod black;
 pub mod data;
+mod denoise;
 mod foretell;
 pub mod keep;
 pub mod pass_loop;
@@ -13,6 +14,7 @@ mod viewer;
 use std::{collections::BTreeMap, ops::Range, path::PathBuf};
 
 use pathspace::{
+    denoise::Denoiser,
     film::{AlphaSums, Contents, Crop, Film},
     path::JoinedPath,
     render::{Background, MergeRadius, Renderer, Settings},
@@ -60,7 +62,7 @@ const ALPHA_BYTES_PER_PIXEL: u64 = 12;
 pub fn run(args: &RenderArgs) -> Result<Exit, Failure> {
     let terminal = Terminal::new(args.verbosity.verbosity());
     let interrupt = Interrupt::watch().map_err(|error| Failure::usage(format!("cannot watch for signals: {error}")))?;
-    refuse(args)?;
+    let denoiser = refuse(args)?;
     let outputs = outputs(args)?;
     check_places(args, &outputs)?;
     let pool = args.image.paths.thread_pool()?;
@@ -90,15 +92,17 @@ pub fn run(args: &RenderArgs) -> Result<Exit, Failure> {
         viewer.show(&renderer, terminal);
         pass_loop::summarise(&renderer, &ended.moment, terminal);
         let black = black(job, &renderer);
-        let (outputs, renderer, keeper) = (&outputs, &renderer, &keeper);
-        let rendered = Rendered { args, job, recorded, whole, outputs, renderer, ended, black, keeper, pool: &pool };
+        let (outputs, renderer, keeper, pool) = (&outputs, &renderer, &keeper, &pool);
+        let denoiser = denoiser.as_ref();
+        let rendered = Rendered { args, job, recorded, whole, outputs, renderer, ended, black, keeper, pool, denoiser };
         rendered.finish(&progress, phases, terminal)
     })
 }
 
-/// Refuses options that contradict each other, before anything is read.
-pub fn refuse(args: &RenderArgs) -> Result<(), Failure> {
-    args.image.candidates().map(drop)
+/// Refuses options that contradict each other, before anything is read; what denoises, if that is asked for.
+pub fn refuse(args: &RenderArgs) -> Result<Option<Denoiser>, Failure> {
+    args.image.candidates()?;
+    args.denoise.load(args.part.shard, &args.layers)
 }
 
 /// A render before its first pass.
@@ -161,8 +165,9 @@ pub fn with_renderer<R>(
     phases.end("build");
     args.image.check_light_vertices((settings.integrator, renderer.integrator()), &scene, of_image)?;
     let recorded = recorded(args, &job, &scene, reason);
-    let layers =
-        args.layers.choose(&args.image.size, args.data.memory(renderer.film().crop().pixels()), &scene, &renderer)?;
+    let pixels = renderer.film().crop().pixels();
+    let beside = args.data.memory(pixels, args.denoise.is_asked()) + args.denoise.memory(pixels);
+    let layers = args.layers.choose(&args.image.size, beside, &scene, &renderer)?;
     let renderer = if layers.is_empty() { renderer } else { renderer.with_layers(&layers) };
     let renderer = if kept.is_some() { renderer.keeping(&keep) } else { renderer };
     let renderer = at_first_pass(renderer, args, sensor, &recorded)?;
@@ -317,7 +322,7 @@ fn check_memory(args: &RenderArgs, settings: &Settings) -> Result<u64, Failure> 
     let transparent = settings.background == Background::Transparent;
     let checkpoint = 2 * Contents { transparent, ..Contents::default() }.bytes(pixels);
     let needed = Film::memory(pixels) + alpha + checkpoint.max(IMAGE_BYTES_PER_PIXEL * pixels);
-    let needed = needed + args.data.memory(pixels);
+    let needed = needed + args.data.memory(pixels, args.denoise.is_asked()) + args.denoise.memory(pixels);
     args.image.size.check_memory(needed, settings.crop)?;
     Ok(needed)
 }
