@@ -83,6 +83,8 @@
 pub mod choice;
 pub mod compare;
 pub mod converge;
+#[cfg(feature = "denoise")]
+pub mod denoise;
 pub mod film;
 pub mod integrator;
 pub mod io;

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Optional, Union
 import numpy as np
 
 from . import _native
+from ._oidn import look_for_wheel
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -115,6 +116,21 @@ class Image:
     def encode(self, format: str, exposure: Optional[float] = None) -> bytes:
         """The bytes of that file, for ``format`` "exr" or "png"."""
         return self._native.encode(format, exposure)
+
+    def denoise(self, oidn: Union[str, os.PathLike[str], None] = None) -> Image:
+        """The image without its noise, by Open Image Denoise: to look at, not to measure, as the result is biased.
+
+        Albedo and normals guide the filter if the image was rendered with ``data=["albedo", "normals"]``; without them
+        it is a :class:`pathspace.PathspaceWarning` that colours alone do. ``layers["noisy"]`` of the new image is this
+        one's ``rgb``, and ``header["denoised"]`` says by what it was denoised. Everything else, halves and variance
+        included, is that of the image as rendered.
+
+        ``oidn`` is the library or its folder; without it, the one that the environment variable ``OIDN_LIBRARY`` names,
+        the system's, or the one of the package ``pyoidn``. Raises :class:`pathspace.UsageError` if there is none, and
+        for an image that is denoised already.
+        """
+        look_for_wheel()
+        return Image(self._native.denoise(oidn))
 
     def show(self, exposure: Optional[float] = None) -> None:
         """Shows the image: in a notebook as its output, elsewhere in whatever opens .png files."""

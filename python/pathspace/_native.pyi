@@ -12,6 +12,7 @@ __all__ = [
     "Path",
     "Pixels",
     "options",
+    "look_among",
     "render",
     "prepare",
     "sample_paths",
@@ -74,7 +75,14 @@ class Path:
 
 @final
 class Pixels:
-    def __new__(cls, width: int, height: int, rgb: bytes, halves: tuple[bytes, bytes] | None = None) -> Pixels: ...
+    def __new__(
+        cls,
+        width: int,
+        height: int,
+        rgb: bytes,
+        halves: tuple[bytes, bytes] | None = None,
+        is_denoised: bool = False,
+    ) -> Pixels: ...
     @staticmethod
     def read(path: str | PathLike[str]) -> Pixels: ...
     @property
@@ -102,10 +110,12 @@ class Picture:
     def variance(self) -> bytearray | None: ...
     def layers(self) -> list[tuple[str, bytearray]]: ...
     def data(self) -> list[tuple[str, str, bytearray]]: ...
+    def denoise(self, oidn: str | PathLike[str] | None = None) -> Picture: ...
     def encode(self, format: str, exposure: float | None = None) -> bytes: ...
     def write(self, path: str | PathLike[str], exposure: float | None = None) -> None: ...
 
 def options(command: str) -> list[tuple[str, bool, str | None]]: ...
+def look_among(packages: str | PathLike[str]) -> None: ...
 def render(
     scene: Scene,
     words: Sequence[str],

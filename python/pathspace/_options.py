@@ -86,6 +86,8 @@ class RenderOptions(ViewOptions, PathOptions, total=False):
     layer: Union[Mapping[str, str], None]
     layers: Union[str, Sequence[str], None]
     data: Union[str, Sequence[str], None]
+    denoise: bool
+    oidn: Union[str, os.PathLike[str], None]
     resume: Union[str, os.PathLike[str], None]
 
 

@@ -178,7 +178,7 @@ class CompareReport(_Dict):
     #: A against B, or both against the reference.
     images: Sequence[Compared]
     #: The probability of images that differ as much as A and B if both have the same expectation; None without halves,
-    #: or for images smaller than 16 pixels along a side. Renders with one seed share their noise.
+    #: for images smaller than 16 pixels along a side, and for denoised ones. Renders with one seed share their noise.
     p_of_no_bias: Optional[float]
     #: A minus B, (height, width, 3) float32.
     difference: NDArray[np.float32]
@@ -264,7 +264,7 @@ def _pixels(name: str, image: ImageLike) -> _native.Pixels:
         # As in a file: only halves that were asked for count.
         halves = image.halves if "even.R" in image.data else None
         both = None if halves is None else (halves[0].tobytes(), halves[1].tobytes())
-        return _native.Pixels(image.width, image.height, image.rgb.tobytes(), both)
+        return _native.Pixels(image.width, image.height, image.rgb.tobytes(), both, "denoised" in image.header)
     if isinstance(image, (str, os.PathLike)):
         return _native.Pixels.read(os.fspath(image))
     pixels = array(name, image, (None, None, 3)).astype(np.float32)

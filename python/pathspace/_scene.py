@@ -12,6 +12,7 @@ from . import _native
 from ._build import Camera, Lamp, Mesh, glb, vector
 from ._errors import OutputError, UsageError
 from ._image import Image
+from ._oidn import look_for_wheel
 from ._options import PathOptions, ViewOptions
 from ._paths import Path, Settings
 from ._progress import Listener, listener
@@ -123,6 +124,8 @@ class Scene:
         :class:`pathspace.InputError` for files that cannot be read, and TypeError for keywords that are no options.
         """
         given = words("render", "render", render_options(), options)
+        if options.get("denoise"):
+            look_for_wheel()
         return Image(_native.render(self._loaded, given, listener(progress)))
 
     def prepare(self, **options: Unpack[RenderOptions]) -> Settings:

@@ -32,6 +32,7 @@ fn _native(m: &Bound<'_, PyModule>) -> PyResult<()> {
     m.add_class::<path::Path>()?;
     m.add_class::<pixels::Pixels>()?;
     m.add_function(wrap_pyfunction!(options::options, m)?)?;
+    m.add_function(wrap_pyfunction!(picture::look_among, m)?)?;
     m.add_function(wrap_pyfunction!(render::render, m)?)?;
     m.add_function(wrap_pyfunction!(settings::prepare, m)?)?;
     m.add_function(wrap_pyfunction!(settings::sample_paths, m)?)?;

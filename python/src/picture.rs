@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use pathspace::{
-    film::{Crop, Exposure, Format, Header, Image, Samples, encode_exr, encode_png},
+    film::{Crop, DENOISED, Exposure, Format, Header, Image, Samples, encode_exr, encode_png},
     math::Rgb,
     render::{Rays, Statistics},
 };
@@ -14,6 +14,7 @@ use pyo3::{
 
 use crate::{
     cli::shared::{
+        denoised::{self, NOISY, OidnArgs, denoise, guides_among},
         exit::Failure,
         pictures::{self, Outputs},
     },
@@ -32,10 +33,17 @@ pub struct Picture {
 }
 
 /// The images of the even and the odd samples.
+#[derive(Clone)]
 pub struct Halves {
     pub images: [Image; 2],
     /// Of their mean.
     pub variance: Vec<Rgb>,
+}
+
+/// Looks for Open Image Denoise among these packages of Python, too.
+#[pyfunction]
+pub fn look_among(packages: PathBuf) {
+    denoised::look_among(packages);
 }
 
 /// Bytes that Python may write to.
@@ -109,6 +117,33 @@ impl Picture {
     fn statistics(&self) -> (u64, u64, u64, u64) {
         let Rays { camera, light, visibility } = self.statistics.rays;
         (self.statistics.samples, camera, light, visibility)
+    }
+
+    /// The same with a denoised image, guided by the data channels that are there.
+    #[pyo3(signature = (oidn=None))]
+    fn denoise(&self, py: Python<'_>, oidn: Option<PathBuf>) -> PyResult<Self> {
+        speaking(py, |terminal| {
+            let Self { picture, header, halves, seconds, statistics } = self;
+            let (mut picture, mut header) = (picture.clone(), header.clone());
+            if header.attributes.iter().any(|(name, _)| name == DENOISED) {
+                return Err(Failure::usage(format!(
+                    "the image is denoised already: as rendered it is layers['{NOISY}']"
+                )));
+            }
+            if picture.layers.iter().any(|(name, _)| name == NOISY) {
+                return Err(Failure::usage(format!(
+                    "the image has a layer '{NOISY}', which is where it would be kept"
+                )));
+            }
+            let denoiser = OidnArgs { oidn }.load()?;
+            let guides = guides_among(&picture.data);
+            if guides.is_none() {
+                let alone = "the image has no albedo, and is denoised by its colours alone";
+                terminal.warn(format_args!("{alone} (render with data=['albedo', 'normals'])"));
+            }
+            denoise(&mut picture, &mut header, &denoiser, guides.as_ref(), None)?;
+            Ok(Self { picture, header, halves: halves.clone(), seconds: *seconds, statistics: statistics.clone() })
+        })
     }
 
     /// The file that [`Picture::write`] would write, by the end of its name: `exr` or `png`.

@@ -10,13 +10,18 @@ use pathspace::{
 };
 use pyo3::{exceptions::PyValueError, prelude::*, types::PyByteArray};
 
-use crate::{cli::shared::exit::Failure, errors::exception, picture::colours};
+use crate::{
+    cli::shared::{denoised::is_denoised, exit::Failure},
+    errors::exception,
+    picture::colours,
+};
 
 /// An image, and its halves where it has some.
 #[pyclass(frozen, module = "pathspace._native")]
 pub struct Pixels {
     image: Image,
     halves: Option<[Image; 2]>,
+    is_denoised: bool,
 }
 
 /// An image of 32-bit floats in the machine's order, three a pixel.
@@ -33,13 +38,19 @@ fn image(width: u32, height: u32, bytes: &[u8]) -> PyResult<Image> {
 #[pymethods]
 impl Pixels {
     #[new]
-    #[pyo3(signature = (width, height, rgb, halves=None))]
-    fn new(width: u32, height: u32, rgb: &[u8], halves: Option<(Vec<u8>, Vec<u8>)>) -> PyResult<Self> {
+    #[pyo3(signature = (width, height, rgb, halves=None, is_denoised=false))]
+    fn new(
+        width: u32,
+        height: u32,
+        rgb: &[u8],
+        halves: Option<(Vec<u8>, Vec<u8>)>,
+        is_denoised: bool,
+    ) -> PyResult<Self> {
         let halves = match halves {
             Some((even, odd)) => Some([image(width, height, &even)?, image(width, height, &odd)?]),
             None => None,
         };
-        Ok(Self { image: image(width, height, rgb)?, halves })
+        Ok(Self { image: image(width, height, rgb)?, halves, is_denoised })
     }
 
     /// The image of an .exr file, with its halves from `data=halves`.
@@ -50,7 +61,7 @@ impl Pixels {
             let size = (image.width, image.height);
             let halves = read_halves(&Limits::default(), &path)?;
             let halves = halves.filter(|halves| halves.iter().all(|half| (half.width, half.height) == size));
-            Ok(Self { image, halves })
+            Ok(Self { image, halves, is_denoised: is_denoised(&path)? })
         });
         read.map_err(|error: pathspace::io::ImageError| exception(py, &Failure::input(error.to_string())))
     }
@@ -82,6 +93,10 @@ impl Pixels {
     /// The probability of what differs if both have the same expectation.
     fn p_of_no_bias(&self, other: &Self) -> PyResult<Option<f64>> {
         self.check_size(other)?;
+        // A denoised image has a bias, and no halves that tell its noise.
+        if self.is_denoised || other.is_denoised {
+            return Ok(None);
+        }
         Ok(p_of_no_bias(self.measured(), other.measured()))
     }
 }

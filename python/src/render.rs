@@ -5,7 +5,7 @@ use std::{
     time::{Duration, Instant},
 };
 
-use pathspace::{film::Format, io::Loaded, render::Renderer};
+use pathspace::{denoise::Denoiser, film::Format, io::Loaded, render::Renderer};
 use pyo3::prelude::*;
 
 use crate::{
@@ -42,12 +42,12 @@ pub fn render(py: Python<'_>, scene: &Scene, words: Vec<OsString>, progress: Opt
     let mut watcher = Watcher { heard: Instant::now(), progress, error: None };
     let rendered = speaking(py, |terminal| {
         let args = scene.render_args(&words)?;
-        refuse(&args)?;
+        let denoiser = refuse(&args)?;
         // What a file could hold, an object in memory can.
         let memory = Outputs(vec![("image.exr".into(), Format::Exr)]);
         args.layers.check(&memory)?;
         args.data.check(args.part.shard, args.spp, &memory)?;
-        run(&scene.loaded, &args, &mut watcher, terminal)
+        run(&scene.loaded, &args, denoiser.as_ref(), &mut watcher, terminal)
     });
     match watcher.error {
         Some(error) => Err(error),
@@ -55,7 +55,13 @@ pub fn render(py: Python<'_>, scene: &Scene, words: Vec<OsString>, progress: Opt
     }
 }
 
-fn run(loaded: &Loaded, args: &RenderArgs, watcher: &mut Watcher, terminal: Terminal) -> Result<Picture, Failure> {
+fn run(
+    loaded: &Loaded,
+    args: &RenderArgs,
+    denoiser: Option<&Denoiser>,
+    watcher: &mut Watcher,
+    terminal: Terminal,
+) -> Result<Picture, Failure> {
     let pool = args.image.paths.thread_pool()?;
     let opened = Opened::new(loaded.clone(), &args.scene, terminal)?;
     with_renderer(args, opened, &pool, &mut Phases::start(), terminal, |ready, _| {
@@ -67,8 +73,12 @@ fn run(loaded: &Loaded, args: &RenderArgs, watcher: &mut Watcher, terminal: Term
         }
         pass_loop::summarise(&renderer, &ended.moment, terminal);
         warn(black(job, &renderer).as_deref(), &ended, terminal);
-        let picture = picture(args, &renderer, &pool);
-        let header = image_header(args, (job, recorded), &renderer, ended.quality);
+        let mut header = image_header(args, (job, recorded), &renderer, ended.quality);
+        let (picture, denoised) = picture(args, &renderer, &pool, denoiser, &mut header);
+        // The samples are worth more than the filter.
+        if let Err(failure) = denoised {
+            terminal.warn(format_args!("{}; this is the image as rendered", failure.sentence));
+        }
         let Ended { moment, .. } = ended;
         let (halves, statistics) = (halves_of(&renderer), renderer.statistics());
         Ok(Picture { picture, header, halves, seconds: moment.elapsed.as_secs_f64(), statistics })

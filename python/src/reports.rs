@@ -15,8 +15,7 @@ use pyo3::prelude::*;
 use crate::{
     cli::{
         Command,
-        converge::{self as converging, Seen, page},
-        info,
+        converge::{self as converging, page},
         shared::{exit::Failure, listening::listening, opened::Opened},
         verify::{self as verifying, json},
     },
@@ -102,23 +101,12 @@ pub fn converge(
         let pool = args.paths.thread_pool()?;
         let given = converging::given(&args)?;
         let opened = Opened::new(scene.loaded.clone(), &args.scene, terminal)?;
-        let Seen { scene, scene_hash, environment, lights } =
-            converging::seen(&args, given.as_ref(), opened, terminal)?;
+        let seen = converging::seen(&args, given.as_ref(), opened, terminal)?;
         let plan = converging::plan(&args);
         let hear = |stage: Stage| ear.hear(stage.part, stage.what);
-        let report = listening(&pool, |say| measure(&scene, &plan, given, say), hear);
+        let report = listening(&pool, |say| measure(&seen.scene, &plan, given, say), hear);
         let report = report.map_err(|error| Failure::usage(error.to_string()))?;
-        let facts = page::Facts {
-            title,
-            command,
-            scene: info::counts(&scene),
-            scene_hash,
-            environment,
-            lights,
-            threads: pool.current_num_threads(),
-            plan: &plan,
-            given: args.reference.as_deref(),
-        };
+        let facts = seen.facts((title, command), &args, &plan, &pool);
         let json = page::json(&facts, &report);
         let html = page::html(&facts, &report, &json);
         let html = html.map_err(|error| Failure::output(format!("cannot encode the page: {error}")))?;

@@ -13,6 +13,7 @@ use serde_json::{Map, Value, json};
 
 use crate::cli::shared::{
     args::VerbosityArgs,
+    denoised::is_denoised,
     exit::{Exit, Failure},
     pictures::{Outputs, difference_in_colour},
     terminal::{self, Terminal},
@@ -118,7 +119,10 @@ pub fn run(args: &CompareArgs) -> Result<Exit, Failure> {
     let (halves_a, halves_b) = (halves(&args.a, &a)?, halves(&args.b, &b)?);
     let [measured_a, measured_b] =
         [(&a, &halves_a), (&b, &halves_b)].map(|(image, halves)| Measured { image, halves: halves.as_ref() });
-    let p = p_of_no_bias(measured_a, measured_b);
+    let denoised = denoised(args)?;
+    // A denoised image has a bias, and no halves that tell its noise.
+    let has_noise_alone = ![&args.a, &args.b].iter().any(|file| denoised.contains(file));
+    let p = if has_noise_alone { p_of_no_bias(measured_a, measured_b) } else { None };
 
     let above: Vec<_> = rows.iter().flat_map(|row| row.above(&args.fail_above)).collect();
     let exit = if above.is_empty() { Exit::Done } else { Exit::ComparisonFailed };
@@ -127,16 +131,30 @@ pub fn run(args: &CompareArgs) -> Result<Exit, Failure> {
         let (width, height) = (a.width, a.height);
         terminal::answer(json!({
             "layout": LAYOUT, "width": width, "height": height, "images": images, "above": above, "exit": exit as u8,
-            "p_of_no_bias": p,
+            "p_of_no_bias": p, "denoised": denoised,
         }));
     } else if !terminal.is_quiet() {
         let bias = p.map(|p| match p {
             ..1e-3 => format!("these images are not of one expectation (p = {p:.1e})"),
             _ => format!("they differ by no more than their noise does (p = {p:.2})"),
         });
-        table(&rows).iter().chain(&bias).chain(&above).for_each(terminal::answer);
+        let biased =
+            |file: &&PathBuf| format!("'{}' is denoised, so errors are also those of a filter", file.display());
+        let biased: Vec<_> = denoised.iter().map(biased).collect();
+        table(&rows).iter().chain(&bias).chain(&biased).chain(&above).for_each(terminal::answer);
     }
     Ok(exit)
+}
+
+/// Which of the files have denoised images.
+fn denoised(args: &CompareArgs) -> Result<Vec<&PathBuf>, Failure> {
+    let mut denoised = Vec::new();
+    for file in [&args.a, &args.b].into_iter().chain(&args.reference) {
+        if !denoised.contains(&file) && is_denoised(file).map_err(|error| Failure::input(error.to_string()))? {
+            denoised.push(file);
+        }
+    }
+    Ok(denoised)
 }
 
 fn read(path: &Path) -> Result<Image, Failure> {

@@ -5,6 +5,7 @@
 
 mod compare;
 pub mod converge;
+mod denoise;
 pub mod info;
 mod merge;
 pub mod render;
@@ -41,6 +42,9 @@ pub enum Command {
     /// Put the shards of a render together: exactly the image that one render would have made
     #[command(after_help = Exit::help())]
     Merge(merge::MergeArgs),
+    /// Take the noise out of an image with Open Image Denoise: to look at, as the result is biased
+    #[command(after_help = Exit::help())]
+    Denoise(denoise::DenoiseArgs),
     /// Check that the integrators agree on a scene, and say what each of them cannot see
     #[command(after_help = Exit::help())]
     Verify(Box<verify::VerifyArgs>),
@@ -86,6 +90,7 @@ fn dispatch(command: &Command) -> Result<Exit, Failure> {
     match command {
         Command::Render(args) => render::run(args),
         Command::Merge(args) => merge::run(args),
+        Command::Denoise(args) => denoise::run(args),
         Command::Verify(args) => verify::run(args),
         Command::Compare(args) => compare::run(args),
         Command::Converge(args) => converge::run(args),

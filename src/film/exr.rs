@@ -135,8 +135,12 @@ pub(super) fn own_attributes(header: &Header) -> LayerAttributes {
     own
 }
 
+/// The attribute of an image that a filter has changed, which is therefore no estimate: by what, and where the estimate
+/// is.
+pub const DENOISED: &str = "denoised";
+
 /// Before the name of every attribute of ours.
-pub(super) const PREFIX: &str = "pathspace.";
+pub(crate) const PREFIX: &str = "pathspace.";
 
 /// The primaries of the renderer's RGB.
 const REC_709: Chromaticities = Chromaticities {
@@ -149,7 +153,7 @@ const REC_709: Chromaticities = Chromaticities {
 /// Brings the attributes of a single-part file's header into alphabetical order, and sets the flag for long names where
 /// there are any. The exr crate keeps custom attributes in a hash map and writes them in another order each time; their
 /// total length, and so every offset in the file, stays. It does not look at the names of channels for the flag.
-pub(super) fn sort_attributes(file: &mut [u8]) -> Option<()> {
+pub(crate) fn sort_attributes(file: &mut [u8]) -> Option<()> {
     // Magic number and version, then (name \0 type \0 length value)… \0.
     const START: usize = 8;
     let text_end = |from: usize| Some(from + file.get(from..)?.iter().position(|b| *b == 0)? + 1);

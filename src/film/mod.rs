@@ -22,12 +22,13 @@ mod tile;
 
 use std::sync::atomic::{AtomicU64, Ordering::Relaxed};
 
+pub(crate) use self::exr::{PREFIX, sort_attributes};
 use self::plane::{Overflow, Plane};
 pub use self::{
     alpha::AlphaSums,
     checkpoint::{CheckpointError, CheckpointFile, CheckpointHeader, Contents, Sums, encode_checkpoint},
     crop::Crop,
-    exr::{Header, Samples, encode_exr, read_header},
+    exr::{DENOISED, Header, Samples, encode_exr, read_header},
     fixed::FixedPoint,
     folder::{check_folder, write_folder},
     image::{Image, half_image_rel_mse},

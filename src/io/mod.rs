@@ -59,6 +59,7 @@ mod image;
 mod influence;
 mod instancing;
 mod ktx2;
+mod layered;
 mod layers;
 mod light;
 mod limits;
@@ -93,6 +94,7 @@ pub use environment::{
 };
 pub use error::LoadError;
 pub use features::{EXTENSIONS, Extension};
+pub use layered::{Layered, read_attributes, read_layered};
 pub use light::PunctualLight;
 pub use limits::{Limits, LoadOptions, Outside, PosedAt, Required};
 pub use openexr::{ImageError, read_halves, read_image};

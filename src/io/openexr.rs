@@ -11,10 +11,14 @@ use exr::{
 use super::{
     buffer,
     error::one_line,
+    layered::attributes,
     limits::Limits,
     primaries::{Colors, Primaries},
 };
-use crate::{film::Image, math::Rgb};
+use crate::{
+    film::{DENOISED, Image},
+    math::Rgb,
+};
 
 /// The pixels of a file, row by row from the top.
 pub(super) struct Picture {
@@ -38,6 +42,12 @@ pub struct ImageError {
     what: String,
 }
 
+impl ImageError {
+    pub(super) fn new(path: &Path, what: &str) -> Self {
+        Self { file: one_line(&path.display().to_string()), what: one_line(what) }
+    }
+}
+
 /// Reads the channels R, G and B of an OpenEXR file: its data window, without the display window around it. A file with
 /// other `chromaticities` than those of Rec. 709 is converted, and colours outside of that gamut have negative channels
 /// then.
@@ -46,7 +56,7 @@ pub struct ImageError {
 /// If it is no such file, is larger than `limits` allow (`file-bytes`, `texels`), has a channel that is not finite, or
 /// `chromaticities` that are none.
 pub fn read_image(limits: &Limits, path: &Path) -> Result<Image, ImageError> {
-    let refuse = |what: String| ImageError { file: one_line(&path.display().to_string()), what: one_line(&what) };
+    let refuse = |what: String| ImageError::new(path, &what);
     let bytes = buffer::file(path, limits.file_bytes).map_err(refuse)?;
     if !bytes.starts_with(&[0x76, 0x2f, 0x31, 0x01]) {
         return Err(refuse("it is no OpenEXR file, and others do not hold linear radiance".to_owned()));
@@ -65,15 +75,19 @@ pub fn read_image(limits: &Limits, path: &Path) -> Result<Image, ImageError> {
     Ok(Image { width: width as u32, height: height as u32, pixels: picture.texels })
 }
 
-/// Reads the half images that `pathspace render --data halves` writes beside an image: `None` if the file has none.
+/// Reads the half images that `pathspace render --data halves` writes beside an image: `None` if the file has none,
+/// or if its image is denoised, so that it is not their mean.
 ///
 /// # Errors
 /// As [`read_image`].
 pub fn read_halves(limits: &Limits, path: &Path) -> Result<Option<[Image; 2]>, ImageError> {
-    let refuse = |what: String| ImageError { file: one_line(&path.display().to_string()), what: one_line(&what) };
+    let refuse = |what: String| ImageError::new(path, &what);
     let bytes = buffer::file(path, limits.file_bytes).map_err(refuse)?;
     let decode = |error: exr::error::Error| refuse(format!("its OpenEXR image cannot be decoded ({error})"));
     let meta = MetaData::read_from_buffered(Cursor::new(&bytes[..]), false).map_err(decode)?;
+    if attributes(&meta).contains_key(DENOISED) {
+        return Ok(None);
+    }
     for header in &meta.headers {
         if check_size(header.layer_size.x(), header.layer_size.y(), limits.texels).is_err() {
             return Err(refuse(format!("it has no pixels, or more than {}", limits.texels)));
@@ -157,7 +171,7 @@ pub(super) fn openexr(bytes: &[u8], limit: u64) -> Result<Picture, Refusal> {
 }
 
 /// What the channels are; without the attribute, Rec. 709 (OpenEXR's "Standard Optional Attributes").
-fn colors(stated: Option<Chromaticities>) -> Result<Colors, String> {
+pub(super) fn colors(stated: Option<Chromaticities>) -> Result<Colors, String> {
     let Some(Chromaticities { red, green, blue, white }) = stated else { return Ok(Colors::Rec709) };
     let [r, g, b, w] = [red, green, blue, white].map(|c| [f64::from(c.x()), f64::from(c.y())]);
     let primaries = Primaries::of([r[0], r[1], g[0], g[1], b[0], b[1], w[0], w[1]]);

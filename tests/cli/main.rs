@@ -5,6 +5,7 @@ mod black;
 mod checkpoints;
 mod compare;
 mod converge;
+mod denoise;
 mod environment;
 mod extreme;
 mod frames;

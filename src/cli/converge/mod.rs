@@ -8,10 +8,11 @@ use pathspace::{
     converge::{PYRAMID_DEPTH, Plan, Report, Stage, converge},
     film::{Crop, Film, Image, check_writable, write_atomically},
     integrator::IntegratorKind,
-    io::{Limits, read_image},
+    io::{ImageError, Limits, read_image},
     scene::{Scene, camera::Sensor, light::LightChoice},
     verify::Budget,
 };
+use rayon::ThreadPool;
 
 use crate::cli::{
     info,
@@ -19,6 +20,7 @@ use crate::cli::{
     shared::{
         args::{BudgetArgs, PathArgs, SceneArgs, SizeArgs, VerbosityArgs, check_distinct},
         camera,
+        denoised::is_denoised,
         exit::{Exit, Failure},
         interrupt::Interrupt,
         listening::listening,
@@ -61,7 +63,7 @@ pub struct ConvergeArgs {
 
     /// Measure errors against this image, .exr, instead of a long bdpt run
     #[arg(long, value_name = "R")]
-    pub reference: Option<PathBuf>,
+    reference: Option<PathBuf>,
 
     /// Time of that bdpt run [default: 8 times that of an integrator, or 8 times the samples]
     #[arg(long, value_name = "TIME", conflicts_with = "reference", value_parser = values::duration)]
@@ -88,7 +90,7 @@ pub fn run(args: &ConvergeArgs) -> Result<Exit, Failure> {
     let given = given(args)?;
 
     let opened = Opened::read(&args.scene, terminal)?;
-    let Seen { scene, scene_hash, environment, lights } = seen(args, given.as_ref(), opened, terminal)?;
+    let seen = seen(args, given.as_ref(), opened, terminal)?;
     let plan = plan(args);
     let mut progress = Progress::new(Style::Auto, terminal);
     interrupt.spare(terminal);
@@ -98,21 +100,11 @@ pub fn run(args: &ConvergeArgs) -> Result<Exit, Failure> {
         }
         if interrupt.asked().is_some() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
     };
-    let report = listening(&pool, |say| converge(&scene, &plan, given, say), hear);
+    let report = listening(&pool, |say| converge(&seen.scene, &plan, given, say), hear);
     interrupt.settle();
     progress.finish();
     let report = report.map_err(|error| Failure::usage(error.to_string()))?;
-    let facts = page::Facts {
-        title,
-        command: this_command(),
-        scene: info::counts(&scene),
-        scene_hash,
-        environment,
-        lights,
-        threads: pool.current_num_threads(),
-        plan: &plan,
-        given: args.reference.as_deref(),
-    };
+    let facts = seen.facts((title, this_command()), args, &plan, &pool);
     write(&files, &facts, &report)?;
     terminal.say(format_args!("wrote {} with its .json and .csv", files[0].display()));
     match interrupt.asked().filter(|_| report.ended_early) {
@@ -132,9 +124,33 @@ pub fn refuse(args: &ConvergeArgs) -> Result<(), Failure> {
 /// The scene, and what the page says of it.
 pub struct Seen {
     pub scene: Scene,
-    pub scene_hash: String,
-    pub environment: Option<String>,
-    pub lights: LightChoice,
+    scene_hash: String,
+    environment: Option<String>,
+    lights: LightChoice,
+}
+
+impl Seen {
+    /// What a page says of a measurement by this plan besides its results, under a title and with the command that made
+    /// it.
+    pub fn facts<'a>(
+        &self,
+        (title, command): (String, String),
+        args: &'a ConvergeArgs,
+        plan: &'a Plan,
+        pool: &ThreadPool,
+    ) -> page::Facts<'a> {
+        page::Facts {
+            title,
+            command,
+            scene: info::counts(&self.scene),
+            scene_hash: self.scene_hash.clone(),
+            environment: self.environment.clone(),
+            lights: self.lights,
+            threads: pool.current_num_threads(),
+            plan,
+            given: args.reference.as_deref(),
+        }
+    }
 }
 
 /// The scene as the options show it.
@@ -160,8 +176,13 @@ fn files(args: &ConvergeArgs, title: &str) -> Result<[PathBuf; 3], Failure> {
 
 /// The image of `--reference`.
 pub fn given(args: &ConvergeArgs) -> Result<Option<Image>, Failure> {
-    let image = args.reference.as_ref().map(|path| read_image(&Limits::default(), path)).transpose();
-    image.map_err(|error| Failure::input(error.to_string()))
+    let Some(path) = &args.reference else { return Ok(None) };
+    let unreadable = |error: ImageError| Failure::input(error.to_string());
+    if is_denoised(path).map_err(unreadable)? {
+        let path = path.display();
+        return Err(Failure::input(format!("'{path}' is denoised, and no error can be measured against its bias")));
+    }
+    read_image(&Limits::default(), path).map(Some).map_err(unreadable)
 }
 
 /// Refuses a reference of another size, and images that do not fit into memory.

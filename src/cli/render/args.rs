@@ -5,7 +5,7 @@ use std::{path::PathBuf, time::Duration};
 use pathspace::film::Crop;
 
 use crate::cli::{
-    render::{data::DataArgs, frames::FrameArgs},
+    render::{data::DataArgs, denoise::DenoiseArgs, frames::FrameArgs},
     shared::{
         args::{SceneArgs, VerbosityArgs},
         image::ImageArgs,
@@ -55,6 +55,9 @@ pub struct RenderArgs {
 
     #[command(flatten)]
     pub data: DataArgs,
+
+    #[command(flatten)]
+    pub denoise: DenoiseArgs,
 
     #[command(flatten)]
     pub part: PartArgs,

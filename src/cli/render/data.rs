@@ -2,13 +2,14 @@
 
 use clap::ValueEnum;
 use pathspace::{
+    denoise::Guides,
     film::{Half, Image, Samples},
     math::Rgb,
     render::{Data, Renderer},
 };
 use std::ops::Index;
 
-use crate::cli::shared::{exit::Failure, pictures::Outputs, values::Shard};
+use crate::cli::shared::{denoised::guides_among, exit::Failure, pictures::Outputs, values::Shard};
 
 /// Data layers as channels of the .exr file.
 #[derive(Clone, Debug, clap::Args)]
@@ -64,9 +65,9 @@ impl DataArgs {
         Ok(())
     }
 
-    /// What they take for so many pixels.
-    pub fn memory(&self, pixels: u64) -> u64 {
-        if self.data.is_empty() { 0 } else { BYTES_PER_PIXEL * pixels }
+    /// What they take for so many pixels, with those that guide a filter if there is one.
+    pub fn memory(&self, pixels: u64, guiding: bool) -> u64 {
+        if self.data.is_empty() && !guiding { 0 } else { BYTES_PER_PIXEL * pixels }
     }
 
     /// What an image's header says of them. They are no setting of the render: it may be resumed with others.
@@ -78,42 +79,70 @@ impl DataArgs {
 
     /// The channels.
     pub fn channels(&self, renderer: &Renderer<'_>) -> Vec<(String, Samples)> {
-        let mut sets = self.data.clone();
-        sets.sort_unstable();
-        sets.dedup();
-        let needs_rays = sets.iter().any(|set| *set <= DataSet::Samples);
-        let seen = if needs_rays { renderer.data() } else { Data::default() };
-        let mut channels = Channels(Vec::new());
-        for set in sets {
-            match set {
-                DataSet::Albedo => channels.three("albedo", ["R", "G", "B"], &seen.albedo),
-                DataSet::Normals => {
-                    channels.three("normal", ["X", "Y", "Z"], &seen.shading_normal);
-                    channels.three("geometric-normal", ["X", "Y", "Z"], &seen.normal);
-                }
-                DataSet::Position => channels.three("position", ["X", "Y", "Z"], &seen.position),
-                DataSet::Depth => channels.float("depth.Z", seen.depth.clone()),
-                DataSet::Ids => {
-                    channels.integer("id.material", seen.material.clone());
-                    channels.integer("id.primitive", seen.primitive.clone());
-                    channels.integer("id.instance", seen.instance.clone());
-                }
-                DataSet::Samples => {
-                    channels.integer("samples.count", vec![renderer.passes(); seen.hits.len()]);
-                    channels.float("samples.hits", seen.hits.clone());
-                }
-                DataSet::Halves => {
-                    let [even, odd] = halves(renderer);
-                    channels.three("even", ["R", "G", "B"], &even.pixels);
-                    channels.three("odd", ["R", "G", "B"], &odd.pixels);
-                }
-                DataSet::Variance => {
-                    channels.three("variance", ["R", "G", "B"], &variance(&halves(renderer)));
-                }
+        made(self.data.clone(), renderer)
+    }
+
+    /// The channels, and what guides a filter, whether or not it is among them.
+    pub fn channels_and_guides(&self, renderer: &Renderer<'_>) -> (Vec<(String, Samples)>, Option<Guides>) {
+        let mut channels = made([&self.data[..], &GUIDING].concat(), renderer);
+        let guides = guides_among(&channels);
+        let unasked = |name: &str| GUIDING.iter().any(|set| !self.data.contains(set) && set.makes(name));
+        channels.retain(|(name, _)| !unasked(name));
+        (channels, guides)
+    }
+}
+
+/// What guides a filter.
+const GUIDING: [DataSet; 2] = [DataSet::Albedo, DataSet::Normals];
+
+impl DataSet {
+    /// Whether a channel is one of those that guide, and of this set.
+    fn makes(self, channel: &str) -> bool {
+        let layers: &[&str] = match self {
+            Self::Albedo => &["albedo."],
+            Self::Normals => &["normal.", "geometric-normal."],
+            _ => &[],
+        };
+        layers.iter().any(|layer| channel.starts_with(layer))
+    }
+}
+
+/// The channels of these sets.
+fn made(mut sets: Vec<DataSet>, renderer: &Renderer<'_>) -> Vec<(String, Samples)> {
+    sets.sort_unstable();
+    sets.dedup();
+    let needs_rays = sets.iter().any(|set| *set <= DataSet::Samples);
+    let seen = if needs_rays { renderer.data() } else { Data::default() };
+    let mut channels = Channels(Vec::new());
+    for set in sets {
+        match set {
+            DataSet::Albedo => channels.three("albedo", ["R", "G", "B"], &seen.albedo),
+            DataSet::Normals => {
+                channels.three("normal", ["X", "Y", "Z"], &seen.shading_normal);
+                channels.three("geometric-normal", ["X", "Y", "Z"], &seen.normal);
+            }
+            DataSet::Position => channels.three("position", ["X", "Y", "Z"], &seen.position),
+            DataSet::Depth => channels.float("depth.Z", seen.depth.clone()),
+            DataSet::Ids => {
+                channels.integer("id.material", seen.material.clone());
+                channels.integer("id.primitive", seen.primitive.clone());
+                channels.integer("id.instance", seen.instance.clone());
+            }
+            DataSet::Samples => {
+                channels.integer("samples.count", vec![renderer.passes(); seen.hits.len()]);
+                channels.float("samples.hits", seen.hits.clone());
+            }
+            DataSet::Halves => {
+                let [even, odd] = halves(renderer);
+                channels.three("even", ["R", "G", "B"], &even.pixels);
+                channels.three("odd", ["R", "G", "B"], &odd.pixels);
+            }
+            DataSet::Variance => {
+                channels.three("variance", ["R", "G", "B"], &variance(&halves(renderer)));
             }
         }
-        channels.0
     }
+    channels.0
 }
 
 struct Channels(Vec<(String, Samples)>);

@@ -8,8 +8,6 @@ use std::{
     path::{Path, PathBuf},
 };
 
-use rayon::ThreadPool;
-
 use crate::cli::{
     render::{args::RenderArgs, output_paths},
     shared::{
@@ -68,8 +66,8 @@ pub struct Frame {
 pub fn run(
     args: &RenderArgs,
     frames: Frames,
-    (pool, interrupt, terminal): (&ThreadPool, &Interrupt, Terminal),
-    render: impl Fn(&RenderArgs, &mut BTreeSet<String>, &ThreadPool, &Interrupt, Terminal) -> Result<Exit, Failure>,
+    (interrupt, terminal): (&Interrupt, Terminal),
+    render: impl Fn(&RenderArgs, &mut BTreeSet<String>) -> Result<Exit, Failure>,
 ) -> Result<Exit, Failure> {
     let tells = args.time.is_none() && args.noise.is_none();
     if args.part.resume.is_some() && !tells {
@@ -86,7 +84,7 @@ pub fn run(
         }
         let of_frame = args.of_frame(number, frames.last);
         terminal.say(format_args!("frame {number} of {frames}, {} s", of_frame.scene.load.at.unwrap_or_default()));
-        let rendered = render(&of_frame, &mut said, pool, interrupt, terminal)
+        let rendered = render(&of_frame, &mut said)
             .map_err(|failure| Failure { sentence: format!("frame {number}: {}", failure.sentence), ..failure })?;
         match rendered {
             Exit::Done => {}

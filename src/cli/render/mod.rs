@@ -3,6 +3,7 @@
 pub mod args;
 mod black;
 pub mod data;
+mod denoise;
 mod foretell;
 mod frames;
 pub mod keep;
@@ -18,7 +19,8 @@ use std::{
 };
 
 use pathspace::{
-    film::{AlphaSums, Contents, Crop, Film, Format, read_header},
+    denoise::Denoiser,
+    film::{AlphaSums, Contents, Crop, DENOISED, Film, Format, read_header},
     path::JoinedPath,
     render::{Background, MergeRadius, Renderer, Settings},
     scene::{Scene, camera::Sensor},
@@ -65,11 +67,13 @@ const ALPHA_BYTES_PER_PIXEL: u64 = 12;
 pub fn run(args: &RenderArgs) -> Result<Exit, Failure> {
     let terminal = Terminal::new(args.verbosity.verbosity());
     let interrupt = Interrupt::watch().map_err(|error| Failure::usage(format!("cannot watch for signals: {error}")))?;
-    refuse(args)?;
+    let denoiser = refuse(args)?;
     let pool = args.image.paths.thread_pool()?;
+    let with = (&pool, denoiser.as_ref(), &interrupt);
+    let image = |args: &RenderArgs, said: &mut BTreeSet<String>| image(args, said, with, terminal);
     match args.frames.frames {
-        Some(frames) => frames::run(args, frames, (&pool, &interrupt, terminal), image),
-        None => image(args, &mut BTreeSet::new(), &pool, &interrupt, terminal),
+        Some(frames) => frames::run(args, frames, (&interrupt, terminal), image),
+        None => image(args, &mut BTreeSet::new()),
     }
 }
 
@@ -77,8 +81,7 @@ pub fn run(args: &RenderArgs) -> Result<Exit, Failure> {
 fn image(
     args: &RenderArgs,
     said: &mut BTreeSet<String>,
-    pool: &ThreadPool,
-    interrupt: &Interrupt,
+    (pool, denoiser, interrupt): (&ThreadPool, Option<&Denoiser>, &Interrupt),
     terminal: Terminal,
 ) -> Result<Exit, Failure> {
     let outputs = outputs(args)?;
@@ -110,14 +113,15 @@ fn image(
         pass_loop::summarise(&renderer, &ended.moment, terminal);
         let black = black(job, &renderer);
         let (outputs, renderer, keeper) = (&outputs, &renderer, &keeper);
-        let rendered = Rendered { args, job, recorded, whole, outputs, renderer, ended, black, keeper, pool };
+        let rendered = Rendered { args, job, recorded, whole, outputs, renderer, ended, black, keeper, pool, denoiser };
         rendered.finish(&progress, phases, terminal)
     })
 }
 
-/// Refuses options that contradict each other, before anything is read.
-pub fn refuse(args: &RenderArgs) -> Result<(), Failure> {
-    args.image.candidates().map(drop)
+/// Refuses options that contradict each other, before anything is read; what denoises, if that is asked for.
+pub fn refuse(args: &RenderArgs) -> Result<Option<Denoiser>, Failure> {
+    args.image.candidates()?;
+    args.denoise.load(args.part.shard, &args.layers)
 }
 
 /// A render before its first pass.
@@ -144,9 +148,8 @@ pub fn with_renderer<R>(
     let settings = args.image.settings(candidates[0], crop)?;
     let of_image = check_memory(args, &settings)?;
     check_light_subpaths(&settings)?;
-    if let (None, Some(samples)) = (args.scene.build, announced(args, sensor)) {
-        opened.loaded.geometry.set_effort_for(samples);
-    }
+    let announced = announced(args, sensor).filter(|_| args.scene.build.is_none());
+    announced.into_iter().for_each(|samples| opened.loaded.geometry.set_effort_for(samples));
     let (view, scene_hash) = (opened.view.clone(), opened.loaded.hash.clone());
     let (shown, variant, at) = (opened.shown, opened.loaded.summary.variant, opened.at.clone());
     let (scene, environment) = opened.into_scene(&args.scene, sensor, terminal)?;
@@ -158,7 +161,7 @@ pub fn with_renderer<R>(
     let Chosen { settings, reason, estimates } = pool.install(|| task.choose(&mut scene, terminal))?;
     phases.end("choose");
     let keep = |path: &JoinedPath| kept.as_ref().is_none_or(|(_, kept)| kept.holds(&scene, path));
-    let (paths, camera) = (kept.as_ref().map(|(text, _)| text.clone()), &view);
+    let paths = kept.as_ref().map(|(text, _)| text.clone());
     let merging = settings.integrator.merges().then(|| MergeRadius::of(&scene, settings.merge_radius));
     let job = Job {
         scene: &scene,
@@ -166,7 +169,7 @@ pub fn with_renderer<R>(
         shown,
         variant,
         at,
-        camera,
+        camera: &view,
         sensor,
         settings: &settings,
         estimates,
@@ -181,8 +184,9 @@ pub fn with_renderer<R>(
     phases.end("build");
     args.image.check_light_vertices((settings.integrator, renderer.integrator()), &scene, of_image)?;
     let recorded = recorded(args, &job, &scene, reason);
-    let layers =
-        args.layers.choose(&args.image.size, args.data.memory(renderer.film().crop().pixels()), &scene, &renderer)?;
+    let pixels = renderer.film().crop().pixels();
+    let beside = args.data.memory(pixels, args.denoise.is_asked()) + args.denoise.memory(pixels);
+    let layers = args.layers.choose(&args.image.size, beside, &scene, &renderer)?;
     let renderer = if layers.is_empty() { renderer } else { renderer.with_layers(&layers) };
     let renderer = if kept.is_some() { renderer.keeping(&keep) } else { renderer };
     let renderer = at_first_pass(renderer, args, sensor, &recorded)?;
@@ -312,10 +316,10 @@ fn finished<'o>(
     header.retain(|(name, _)| !header::OF_SAMPLES.contains(&name.as_str()));
     header.push((header::SPP.to_owned(), wanted(args).passes.len().to_string()));
     let same = header.iter().all(|(name, value)| name == CHOICE || found.get(name) == Some(value));
-    let more = found
-        .keys()
-        .any(|name| !header::OF_SAMPLES.contains(&name.as_str()) && !header.iter().any(|(known, _)| known == name));
-    (same && !more).then_some(path)
+    let known = |name: &str| name == DENOISED || header::OF_SAMPLES.contains(&name);
+    let more = found.keys().any(|name| !known(name) && !header.iter().any(|(known, _)| known == name));
+    let as_asked = found.contains_key(DENOISED) == args.denoise.is_asked();
+    (same && !more && as_asked).then_some(path)
 }
 
 /// The files to write.
@@ -367,7 +371,7 @@ fn check_memory(args: &RenderArgs, settings: &Settings) -> Result<u64, Failure> 
     let transparent = settings.background == Background::Transparent;
     let checkpoint = 2 * Contents { transparent, ..Contents::default() }.bytes(pixels);
     let needed = Film::memory(pixels) + alpha + checkpoint.max(IMAGE_BYTES_PER_PIXEL * pixels);
-    let needed = needed + args.data.memory(pixels);
+    let needed = needed + args.data.memory(pixels, args.denoise.is_asked()) + args.denoise.memory(pixels);
     args.image.size.check_memory(needed, settings.crop)?;
     Ok(needed)
 }

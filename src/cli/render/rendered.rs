@@ -3,6 +3,7 @@
 use std::{collections::BTreeMap, path::Path};
 
 use pathspace::{
+    denoise::Denoiser,
     film::{Exposure, Header},
     render::Renderer,
 };
@@ -17,6 +18,7 @@ use crate::cli::{
         stats::{Phases, Stats},
     },
     shared::{
+        denoised::{NOISY, denoise},
         exit::{Exit, Failure},
         header::{BIAS, Job, header},
         layers,
@@ -43,6 +45,8 @@ pub struct Rendered<'a> {
     pub black: Option<String>,
     pub keeper: &'a Keeper<'a>,
     pub pool: &'a ThreadPool,
+    /// What denoises the image, if that is asked for.
+    pub denoiser: Option<&'a Denoiser>,
 }
 
 /// Says what is wrong with the image.
@@ -55,15 +59,26 @@ pub fn warn(black: Option<&str>, ended: &Ended, terminal: Terminal) {
     }
 }
 
-/// The image with what is beside it in its file.
-pub fn picture(args: &RenderArgs, renderer: &Renderer<'_>, pool: &ThreadPool) -> Picture {
+/// The image with what is beside it in its file, denoised if there is a denoiser, which `header` then says. If that
+/// fails, the image stays as rendered, and what failed is beside it.
+pub fn picture(
+    args: &RenderArgs,
+    renderer: &Renderer<'_>,
+    pool: &ThreadPool,
+    denoiser: Option<&Denoiser>,
+    header: &mut Header,
+) -> (Picture, Result<(), Failure>) {
     let passes = renderer.passes();
-    Picture {
-        image: renderer.film().image(passes),
-        alpha: renderer.alpha(),
-        layers: layers::images(&renderer.sums(), passes),
-        data: pool.install(|| args.data.channels(renderer)),
-    }
+    let (data, guides) = pool.install(|| match denoiser {
+        None => (args.data.channels(renderer), None),
+        Some(_) => args.data.channels_and_guides(renderer),
+    });
+    let layers = layers::images(&renderer.sums(), passes);
+    let mut picture = Picture { image: renderer.film().image(passes), alpha: renderer.alpha(), layers, data };
+    let denoised = denoiser.map_or(Ok(()), |denoiser| {
+        denoise(&mut picture, header, denoiser, guides.as_ref(), Some(pool.current_num_threads()))
+    });
+    (picture, denoised)
 }
 
 /// What the image's file says of it.
@@ -126,8 +141,15 @@ impl Rendered<'_> {
     /// Writes the image and its layers to all outputs.
     fn write_image(&self, terminal: Terminal) -> Result<(), Failure> {
         let exposure = self.args.exposure.map_or(Exposure::Auto, Exposure::Ev);
-        let picture = picture(self.args, self.renderer, self.pool);
-        self.outputs.write(&picture, &self.header(), exposure, terminal)
+        let mut header = self.header();
+        let (picture, denoised) = picture(self.args, self.renderer, self.pool, self.denoiser, &mut header);
+        self.outputs.write(&picture, &header, exposure, terminal)?;
+        // The samples are worth more than the filter.
+        let as_rendered = |Failure { exit, sentence }| Failure {
+            exit,
+            sentence: format!("{sentence}; {} as rendered", self.outputs.said()),
+        };
+        denoised.map_err(as_rendered)
     }
 
     /// What the image's file says of it.
@@ -150,6 +172,12 @@ impl Rendered<'_> {
         }
         if let Some((_, bias)) = self.header().attributes.iter().find(|(name, _)| name == BIAS) {
             terminal.say(format_args!("note: the image is {bias}"));
+        }
+        if self.denoiser.is_some() && written.outputs.is_some() {
+            terminal.say(format_args!(
+                "note: the image is denoised, to look at and not to measure; an .exr file has it as rendered in the \
+                 layer {NOISY}"
+            ));
         }
         if let (Some(_), Some(checkpoint)) = (self.ended.interrupted, written.checkpoint) {
             let goes_on = match &self.args.frames.this {

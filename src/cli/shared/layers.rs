@@ -53,6 +53,11 @@ impl LayerArgs {
         Ok(())
     }
 
+    /// Whether a layer has this name.
+    pub fn has(&self, name: &str) -> bool {
+        self.layer.iter().any(|(found, _)| found == name)
+    }
+
     /// The layers for this scene, if there is room for them beside `data` bytes.
     pub fn choose(
         &self,

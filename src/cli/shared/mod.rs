@@ -3,6 +3,7 @@
 pub mod args;
 pub mod camera;
 pub mod choice;
+pub mod denoised;
 pub mod environment;
 pub mod exit;
 pub mod header;

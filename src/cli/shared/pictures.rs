@@ -13,6 +13,7 @@ use crate::cli::shared::{exit::Failure, terminal::Terminal};
 pub struct Outputs(pub Vec<(PathBuf, Format)>);
 
 /// An image and what is beside it in its file.
+#[derive(Clone)]
 pub struct Picture {
     pub image: Image,
     pub alpha: Option<Vec<f32>>,

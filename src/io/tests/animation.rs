@@ -336,10 +336,13 @@ fn a_bad_animation_is_a_sentence() {
         let error = sentence(&document);
         assert!(error.contains(wanted) && !error.contains('\n'), "{error} does not say {wanted}");
     }
-    let nothing = changed(
-        one("/materials/0/alphaCutoff", "SCALAR", &[0.0; 2]),
-        "/animations/0/channels/0/target/extensions",
-        json!({}),
-    );
-    assert!(sentence(&nothing).contains("there is no pointer to what the channel animates"));
+}
+
+#[test]
+fn a_channel_that_points_nowhere_is_a_sentence() {
+    let channel = Channel("/materials/0/alphaCutoff", "SCALAR", &[0.0; 2]);
+    let fine = animated(everything(), &[0.0, 1.0], "LINEAR", &[channel]);
+    let nothing = changed(fine, "/animations/0/channels/0/target/extensions", json!({}));
+    let error = at(&nothing, 0.5, None).map(|_| ()).unwrap_err().to_string();
+    assert!(error.contains("there is no pointer to what the channel animates"), "{error}");
 }
