@@ -13,8 +13,8 @@ pub struct Candidate {
     pub light_paths: LightPaths,
 }
 
-/// What to choose among, from the simplest to the one that takes the most of a sample. Merges meet the light subpaths of
-/// all pixels, so that a scene may be well served by few.
+/// What to choose among, from the simplest to the one that takes the most of a sample. Merges meet the light subpaths
+/// of all pixels, so that a scene may be well served by few.
 pub const CANDIDATES: [Candidate; 5] = [
     Candidate::new(IntegratorKind::Path, LightPaths::ONE),
     Candidate::new(IntegratorKind::Hybrid, LightPaths::ONE),

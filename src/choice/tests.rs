@@ -70,8 +70,8 @@ fn a_choice_says_what_the_others_lack() {
     assert_eq!(choice.candidate(), bdpt);
     assert_eq!(
         choice.reason(),
-        "for the same noise hybrid needs 3.0 times the work, vcm --light-paths 1/8 needs 1.5 times the work; path misses \
-         25.0 % of the light"
+        "for the same noise hybrid needs 3.0 times the work, vcm --light-paths 1/8 needs 1.5 times the work; path \
+         misses 25.0 % of the light"
     );
 }
 

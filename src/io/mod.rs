@@ -5,8 +5,8 @@
 //! whatever it asks for that this version does not do is a sentence in [`Loaded::warnings`]; no input makes it panic.
 //!
 //! # Extensions
-//! [`EXTENSIONS`] lists what is read, and `docs/gltf.md` shows the list. A *required* extension outside of it is an error
-//! (one of materials a warning, with [`Required::MaterialsIgnored`]), an optional one a warning. Ours are the node
+//! [`EXTENSIONS`] lists what is read, and `docs/gltf.md` shows the list. A *required* extension outside of it is an
+//! error (one of materials a warning, with [`Required::MaterialsIgnored`]), an optional one a warning. Ours are the node
 //! extension
 //!
 //! ```json

@@ -240,8 +240,8 @@ impl ImageArgs {
         }
         if self.light_vertices.is_some() && self.light_paths.is_some_and(|paths| !paths.is_with_each()) {
             return Err(Failure::usage(
-                "--light-vertices chooses among the light paths of pixels nearby, which may have none with --light-paths \
-                 below 1: leave one of the two out",
+                "--light-vertices chooses among the light paths of pixels nearby, which may have none with \
+                 --light-paths below 1: leave one of the two out",
             ));
         }
         if self.merge_radius.is_some() && (!kind.merges() || self.unweighted) {
