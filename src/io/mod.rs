@@ -6,8 +6,8 @@
 //!
 //! # Extensions
 //! [`EXTENSIONS`] lists what is read, and `docs/gltf.md` shows the list. A *required* extension outside of it is an
-//! error (one of materials a warning, with [`Required::MaterialsIgnored`]), an optional one a warning. Ours are the node
-//! extension
+//! error (one of materials a warning, with [`Required::MaterialsIgnored`]), an optional one a warning. Ours are the
+//! node extension
 //!
 //! ```json
 //! "extensions": { "PATHSPACE_sphere": { "radius": 0.5, "material": 2 } }
