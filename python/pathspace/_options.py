@@ -70,7 +70,7 @@ class RenderOptions(ViewOptions, PathOptions, total=False):
     paths: Union[str, None]
     light_samples: Union[int, None]
     splits: Union[int, None]
-    light_paths: Union[int, None]
+    light_paths: Union[str, float, None]
     light_vertices: Union[int, None]
     merge_radius: Union[float, None]
     rays: Union[int, None]

@@ -20,6 +20,7 @@ RENDERS: list[tuple[str, dict[str, Any]]] = [
     ("cornell-spheres", {}),
     ("cornell-spheres", {"integrator": "path", "seed": 7, "filter": "blackman-harris"}),
     ("caustic-sphere", {"integrator": "vcm", "spp": 3}),
+    ("caustic-ring", {"integrator": "vcm", "spp": 3, "light_paths": 0.5}),
     ("mis-plates", {"integrator": "light", "clamp": 2.5, "max_depth": 3}),
     ("veach-room", {"integrator": "hybrid", "crop": (3, 4, 20, 11), "transparent": True}),
     (
