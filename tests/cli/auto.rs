@@ -123,7 +123,7 @@ fn a_file_keeps_the_choice() {
     }
     refused(&run.render(&["--choice", "no/such/folder/choice.json"]), 4, "no/such/folder");
     let alone = ["--merge-radius", "0.1", "--light-paths", "2", "--choice", "choice.json"];
-    refused(&run.render(&alone), 2, "leave nothing but -i vcm to choose");
+    refused(&run.render(&alone), 2, "leave nothing but -i vcm --light-paths 2 to choose");
 }
 
 #[test]

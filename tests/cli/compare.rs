@@ -90,9 +90,9 @@ fn halves_tell_bias_from_noise() {
             ["render", scene.to_str().unwrap(), "--width", "64", "--height", "48", "--spp", "64", "-q", "-o", name];
         assert_eq!(code(&run.pathspace(&[&large[..], options].concat())), 0);
     };
-    render("a.exr", &["--data", "halves"]);
+    render("a.exr", &["--data", "halves", "-i", "path"]);
     render("b.exr", &["--data", "halves", "--seed", "1", "-i", "bdpt"]);
-    render("clamped.exr", &["--data", "halves", "--seed", "2", "--clamp", "0.05"]);
+    render("clamped.exr", &["--data", "halves", "--seed", "2", "--clamp", "0.05", "-i", "path"]);
     render("plain.exr", &[]);
     let p = |a: &str, b: &str| {
         let answer: Value = serde_json::from_str(&stdout(&run.pathspace(&["compare", a, b, "--json"]))).unwrap();

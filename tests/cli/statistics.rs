@@ -30,6 +30,7 @@ fn progress_as_json_has_stable_keys() {
     let start = [
         "event",
         "first_sample",
+        "frame",
         "height",
         "integrator",
         "layout",
