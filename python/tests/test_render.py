@@ -102,7 +102,9 @@ def test_defaults_are_those_of_the_program(cornell: ps.Scene, caplog: pytest.Log
         image = cornell.render(width=8)
     assert image.spp == 64
     (said,) = [line for line in caplog.messages if line.startswith("auto: ")]
-    assert said.startswith(f"auto: {image.header['integrator']}, since ")
+    paths = image.header.get("light-paths")
+    chosen = image.header["integrator"] + (f" --light-paths {paths}" if paths else "")
+    assert said.startswith(f"auto: {chosen}, since ")
     assert not [line for line in caplog.messages if line.startswith("warning: ")]
 
 
