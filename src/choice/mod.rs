@@ -35,7 +35,7 @@ use crate::{
 /// The pixels of the pilot for each of the image's, and how many there are at least and at most.
 const PART: f64 = 1.0 / 64.0;
 const PIXELS: [f64; 2] = [32.0 * 32.0, 64.0 * 64.0];
-/// Merges have the radius of this pass: the area within it is the mean of 64 passes.
+/// Merges have the radius of this pass: the area within it is about the mean of 48 passes.
 const TYPICAL_PASS: u32 = 16;
 /// The part of the pixels that counts: what is noisy in a few of them only is left out, as
 /// [`ENOUGH_TILES`](crate::film::ENOUGH_TILES) leaves tiles out.
