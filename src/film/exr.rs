@@ -1,15 +1,9 @@
 //! OpenEXR: the image as it is, and what it was made with.
 
-use std::{
-    collections::BTreeMap,
-    fs::File,
-    io::{self, BufReader, Cursor},
-    path::Path,
-};
+use std::io::{self, Cursor};
 
 use ::exr::{
     meta::{
-        MetaData,
         attribute::{AttributeValue, Chromaticities, IntegerBounds, LineOrder, Text},
         header::{ImageAttributes, LayerAttributes},
     },
@@ -104,21 +98,6 @@ pub fn encode_exr(
 pub(super) fn image_attributes(header: &Header) -> ImageAttributes {
     let Sensor { width, height, .. } = header.sensor;
     ImageAttributes::new(IntegerBounds::new((0, 0), (width as usize, height as usize)))
-}
-
-/// What an image file of [`encode_exr`] says of itself: the attributes of its [`Header`]. Its pixels are not read.
-///
-/// # Errors
-/// If it cannot be read, or is no OpenEXR file.
-pub fn read_header(path: &Path) -> io::Result<BTreeMap<String, String>> {
-    let meta = MetaData::read_from_buffered(BufReader::new(File::open(path)?), false).map_err(io::Error::other)?;
-    let attributes = meta.headers.into_iter().take(1).flat_map(|header| header.own_attributes.other);
-    Ok(attributes
-        .filter_map(|(name, value)| match value {
-            AttributeValue::Text(value) => Some((name.to_string().strip_prefix(PREFIX)?.to_owned(), value.to_string())),
-            _ => None,
-        })
-        .collect())
 }
 
 /// The data window's place, and what the file says of itself.

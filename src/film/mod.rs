@@ -28,7 +28,7 @@ pub use self::{
     alpha::AlphaSums,
     checkpoint::{CheckpointError, CheckpointFile, CheckpointHeader, Contents, Sums, encode_checkpoint},
     crop::Crop,
-    exr::{DENOISED, Header, Samples, encode_exr, read_header},
+    exr::{DENOISED, Header, Samples, encode_exr},
     fixed::FixedPoint,
     folder::{check_folder, write_folder},
     image::{Image, half_image_rel_mse},

@@ -151,6 +151,12 @@ fn every_command_shows_a_scene_at_a_time() {
     assert_ne!(trace("0"), trace("1"));
 }
 
+#[test]
+fn a_frame_has_a_time() {
+    let run = sliding();
+    refused(&render(&run, &["--frames", "1..2", "--fps", "1e-40", "-o", "f.exr"]), 2, "beyond all times");
+}
+
 /// A morph target at a time is the mesh with its corners written there.
 #[test]
 fn a_posed_scene_is_the_image_of_one_that_was_written_so() {

@@ -76,13 +76,17 @@ pub fn run(
              that are missing (--frames)",
         ));
     }
+    if !time(frames.last, args.frames.fps).is_finite() {
+        return Err(Failure::usage("so few --fps put the last frame beyond all times"));
+    }
     let mut said = BTreeSet::new();
     let mut exit = Exit::Done;
     for number in frames.first..=frames.last {
+        let of_frame = args.of_frame(number, frames.last);
         if let Some(asked) = interrupt.asked() {
+            terminal.say(format_args!("interrupted; to go on: {}", rest(number, frames.last)));
             return Ok(asked);
         }
-        let of_frame = args.of_frame(number, frames.last);
         terminal.say(format_args!("frame {number} of {frames}, {} s", of_frame.scene.load.at.unwrap_or_default()));
         let rendered = render(&of_frame, &mut said)
             .map_err(|failure| Failure { sentence: format!("frame {number}: {}", failure.sentence), ..failure })?;
@@ -100,7 +104,7 @@ impl RenderArgs {
     fn of_frame(&self, number: u32, last: u32) -> Self {
         let mut args = self.clone();
         let outputs = output_paths(self);
-        args.scene.load.at = Some((f64::from(number) / f64::from(self.frames.fps)) as f32);
+        args.scene.load.at = Some(time(number, self.frames.fps));
         args.image.paths.seed = self.image.paths.seed.wrapping_add(number.into());
         args.output = outputs.iter().map(|path| numbered(path, number)).collect();
         args.stats = self.stats.as_deref().map(|path| numbered(path, number));
@@ -120,8 +124,18 @@ impl RenderArgs {
 impl Frame {
     /// What renders the frames that are missing.
     pub fn rest(&self) -> String {
-        format!("the same command with --frames {}..{}", self.number, self.last)
+        rest(self.number, self.last)
     }
+}
+
+/// What renders these frames.
+fn rest(first: u32, last: u32) -> String {
+    format!("the same command with --frames {first}..{last}")
+}
+
+/// When a frame is, seconds.
+fn time(number: u32, fps: f32) -> f32 {
+    (f64::from(number) / f64::from(fps)) as f32
 }
 
 /// A name with its place for a number: `out.exr` is `out.####.exr`.

@@ -20,7 +20,8 @@ use std::{
 
 use pathspace::{
     denoise::Denoiser,
-    film::{AlphaSums, Contents, Crop, DENOISED, Film, Format, read_header},
+    film::{AlphaSums, Contents, Crop, DENOISED, Film, Format},
+    io::{Limits, read_attributes},
     path::JoinedPath,
     render::{Background, MergeRadius, Renderer, Settings},
     scene::{Scene, camera::Sensor},
@@ -311,7 +312,7 @@ fn finished<'o>(
     }
     let is_there = outputs.paths().all(|path| path.exists());
     let (path, _) = outputs.0.iter().find(|(_, format)| *format == Format::Exr).filter(|_| is_there)?;
-    let found = read_header(path).ok()?;
+    let found = read_attributes(&Limits::default(), path).ok()?;
     let mut header = image_header(args, of, renderer, None).attributes;
     header.retain(|(name, _)| !header::OF_SAMPLES.contains(&name.as_str()));
     header.push((header::SPP.to_owned(), wanted(args).passes.len().to_string()));

@@ -8,7 +8,9 @@ mod curve;
 mod property;
 mod target;
 
-use gltf_json::{Animation, Root};
+use std::collections::HashMap;
+
+use gltf_json::{Accessor, Animation, Index, Root};
 #[cfg(test)]
 pub(super) use property::PROPERTIES;
 use serde_json::Value;
@@ -33,17 +35,21 @@ pub struct NamedAnimation {
 
 /// The animations of a file, none of them shown.
 pub(super) fn list(root: &Root, accessors: Accessors<'_>) -> Vec<NamedAnimation> {
-    let last = |animation: &Animation| {
-        let ends = animation.samplers.iter().map(|sampler| accessors.scalars(sampler.input).ok()?.last().copied());
-        let ends: Option<Vec<f32>> = ends.collect();
+    // Samplers share their times, and a file may have many.
+    let mut ends: HashMap<usize, Option<f32>> = HashMap::new();
+    let mut end = |times: Index<Accessor>| {
+        *ends.entry(times.value()).or_insert_with(|| accessors.scalars(times).ok()?.last().copied())
+    };
+    let mut last = |animation: &Animation| {
+        let ends: Option<Vec<f32>> = animation.samplers.iter().map(|sampler| end(sampler.input)).collect();
         ends?.into_iter().filter(|end| end.is_finite()).reduce(f32::max)
     };
-    let one = |animation: &Animation| NamedAnimation {
+    let mut one = |animation: &Animation| NamedAnimation {
         name: animation.name.as_deref().map(one_line),
         seconds: last(animation),
         shown: false,
     };
-    root.animations.iter().map(one).collect()
+    root.animations.iter().map(&mut one).collect()
 }
 
 /// What a document says of animations that are not shown.
@@ -119,10 +125,22 @@ fn named(root: &Root, wanted: &str, file: &str) -> Result<usize, LoadError> {
 /// All animations, if no two of them move the same thing: they are parts of one. Else they are takes of which one is
 /// shown at a time: the first.
 fn together(root: &Root, targets: &[Vec<Target>], warnings: &mut Vec<String>) -> Vec<usize> {
+    let read = |target: &&Target| property::kind(&target.pointer).is_some();
+    let of_each = targets.iter().enumerate();
     let mut all: Vec<(&str, usize)> =
-        targets.iter().enumerate().flat_map(|(i, own)| own.iter().map(move |t| (t.pointer.as_str(), i))).collect();
+        of_each.flat_map(|(i, own)| own.iter().filter(read).map(move |t| (t.pointer.as_str(), i))).collect();
     all.sort_unstable();
-    let disjoint = all.windows(2).all(|pair| pair[0].0 != pair[1].0 || pair[0].1 == pair[1].1);
+    // The last one that is no part of the one before, as a weight is of all weights.
+    let mut whole: Option<(&str, usize)> = None;
+    let is_in =
+        |part: &str, whole: &str| part.strip_prefix(whole).is_some_and(|rest| rest.is_empty() || rest.starts_with('/'));
+    let disjoint = all.iter().all(|&(pointer, animation)| match whole {
+        Some((whole, of)) if is_in(pointer, whole) => of == animation,
+        _ => {
+            whole = Some((pointer, animation));
+            true
+        }
+    });
     if disjoint {
         return (0..targets.len()).collect();
     }

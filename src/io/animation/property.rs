@@ -85,7 +85,7 @@ pub(super) fn kind(pointer: &str) -> Option<Kind> {
         loop {
             match (ours.next(), theirs.next()) {
                 (None, None) => return true,
-                (Some("{}"), Some(index)) if index.parse::<usize>().is_ok() => {}
+                (Some("{}"), Some(index)) if is_index(index) => {}
                 (Some(a), Some(b)) if a == b => {}
                 _ => return false,
             }
@@ -94,6 +94,11 @@ pub(super) fn kind(pointer: &str) -> Option<Kind> {
     let found = PROPERTIES.iter().find(|(pattern, _)| is(pattern));
     let of_texture = || TEXTURE_TRANSFORM.iter().find(|(end, _)| pointer.ends_with(end));
     found.or_else(|| of_texture().filter(|_| pointer.starts_with("/materials/"))).map(|(_, kind)| *kind)
+}
+
+/// Whether it is an index as RFC 6901 has it, so that one thing has one pointer.
+fn is_index(text: &str) -> bool {
+    text.parse::<usize>().is_ok_and(|index| index.to_string() == text)
 }
 
 /// Gives the property at `pointer`, which is of this kind, its value. What is not there and has a default comes into
@@ -117,14 +122,16 @@ pub(super) fn set(document: &mut Value, pointer: &str, kind: Kind, value: &[f64]
 }
 
 /// The place of a property, made if it is not there: the members of an object have defaults, and so have extensions
-/// and the parameters of a material. Textures, cameras and elements of arrays do not.
+/// and the parameters of a material. Textures, cameras and elements of arrays do not, nor do this project's extensions,
+/// each of which is a thing of its own.
 fn place<'a>(document: &'a mut Value, pointer: &str) -> Option<&'a mut Value> {
     let mut at = document;
     let mut parts = pointer.split('/').skip(1).peekable();
     let mut before = "";
     while let Some(part) = parts.next() {
+        let is_extension = before == "extensions" && !part.starts_with("PATHSPACE_");
         let has_default =
-            parts.peek().is_none() || matches!(part, "extensions" | "pbrMetallicRoughness") || before == "extensions";
+            parts.peek().is_none() || matches!(part, "extensions" | "pbrMetallicRoughness") || is_extension;
         at = match at {
             Value::Array(array) => array.get_mut(part.parse::<usize>().ok()?)?,
             Value::Object(members) => {

@@ -263,6 +263,33 @@ fn animations_of_different_things_are_one() {
     assert!(at(&triangle(), 0.0, Some("0")).is_err());
 }
 
+/// One weight is a part of all weights, and what is not read is moved by nobody.
+#[test]
+fn animations_overlap_in_what_is_read_alone() {
+    let shown = |second: &str| {
+        let mut document = animated(everything(), &[0.0], "STEP", &[Channel("/nodes/0/weights", "SCALAR", &[0.5])]);
+        let unread = || Channel("/cameras/0/perspective/znear", "SCALAR", &[1.]);
+        for pointer in ["/cameras/0/perspective/znear", second] {
+            document = animated(document, &[0.0], "STEP", &[Channel(pointer, "SCALAR", &[1.]), unread()]);
+        }
+        let loaded = at(&document, 0.0, None).unwrap();
+        loaded.summary.animations.iter().map(|animation| animation.shown).collect::<Vec<_>>()
+    };
+    assert_eq!(shown("/nodes/0/weights/0"), [true, false, false]);
+    assert_eq!(shown("/cameras/0/perspective/yfov"), [true; 3]);
+    // An index has one form (RFC 6901): others point to nothing that is read.
+    let odd = animated(everything(), &[0.0], "STEP", &[Channel("/materials/+0/alphaCutoff", "SCALAR", &[1.])]);
+    let loaded = at(&odd, 0.0, None).unwrap();
+    assert!(loaded.warnings[0].contains("“/materials/+0/alphaCutoff” is left out"), "{:?}", loaded.warnings);
+}
+
+#[test]
+fn no_sphere_comes_into_being() {
+    let radius = Channel("/nodes/1/extensions/PATHSPACE_sphere/radius", "SCALAR", &[1.]);
+    let error = at(&animated(everything(), &[0.0], "STEP", &[radius]), 0.0, None).map(|_| ()).unwrap_err();
+    assert!(error.to_string().contains("which the file does not have"), "{error}");
+}
+
 #[test]
 fn what_is_not_read_is_left_out_with_a_warning() {
     let channels = [
