@@ -11,7 +11,7 @@ mod oidn;
 
 use std::{
     fmt,
-    path::{Path, PathBuf},
+    path::{Path, PathBuf, absolute},
 };
 
 use glam::Vec3;
@@ -62,10 +62,18 @@ pub enum DenoiseError {
         function: &'static str,
     },
     /// A version before 2.0, which has other functions.
-    #[error("'{}' is too old: version 2.0 or newer of Open Image Denoise is needed", path.display())]
+    #[error("'{}' is too old: version 2 of Open Image Denoise is needed", path.display())]
     TooOld {
         /// The file.
         path: PathBuf,
+    },
+    /// A version after 2, which may have other functions.
+    #[error("'{}' is version {version} of Open Image Denoise, and version 2 is needed", path.display())]
+    TooNew {
+        /// The file.
+        path: PathBuf,
+        /// What it says of itself.
+        version: Version,
     },
     /// The library itself says what is wrong.
     #[error("Open Image Denoise failed: {0}")]
@@ -86,7 +94,8 @@ impl Denoiser {
     pub fn load(path: &Path) -> Result<Self, DenoiseError> {
         let file =
             if path.is_dir() { find::in_folder(path).unwrap_or_else(|| path.to_owned()) } else { path.to_owned() };
-        Self::open(&file)
+        // Of a name alone the system would search its own folders.
+        Self::open(&if file.is_file() { absolute(&file).unwrap_or(file) } else { file })
     }
 
     /// Loads the library that the system finds, or else the one of the Python package `pyoidn`: in one of the folders
@@ -121,6 +130,9 @@ impl Denoiser {
             Refusal::TooOld => DenoiseError::TooOld { path },
         })?;
         let version = Version(Device::new(&oidn, None).map_err(|sentence| failed(&sentence))?.version());
+        if version.0[0] != 2 {
+            return Err(DenoiseError::TooNew { path: file.to_owned(), version });
+        }
         Ok(Self { oidn, version })
     }
 

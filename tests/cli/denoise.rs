@@ -84,6 +84,13 @@ fn without_the_library_a_sentence_says_how_to_get_it() {
     run.image("in.exr", &["-q", "-i", "path", "--spp", "1"]);
     fs::write(run.path("text.so"), "no library").unwrap();
     let denoise = |library: &str| run.pathspace(&["denoise", "in.exr", "-o", "out.exr", "--oidn", library]);
+    if let Some(library) = by_hand() {
+        fs::copy(library, run.path("named.so")).unwrap();
+        assert_eq!(code(&denoise("named.so")), 0, "a name is that of a file here");
+        for name in ["named.so", "out.exr"] {
+            fs::remove_file(run.path(name)).unwrap();
+        }
+    }
     for output in [denoise("/nonexistent/lib.so"), denoise("text.so"), denoise("./no-folder")] {
         refused(&output, 2, "pip install pyoidn");
     }
@@ -99,7 +106,10 @@ fn without_the_library_a_sentence_says_how_to_get_it() {
         refused(&denoise("libm.so.6"), 2, "'libm.so.6' is not Open Image Denoise: it has no function oidnNewDevice");
     }
     if let Some(old) = stub("liboidn-old.so", &["-DOLD"]) {
-        refused(&denoise(old.to_str().unwrap()), 2, "version 2.0 or newer");
+        refused(&denoise(old.to_str().unwrap()), 2, "is too old: version 2");
+    }
+    if let Some(new) = stub("liboidn-new.so", &["-DMAJOR=3"]) {
+        refused(&denoise(new.to_str().unwrap()), 2, "is version 3.7.7 of Open Image Denoise");
     }
     assert_eq!(run.files(), ["in.exr", "text.so"]);
 }
@@ -230,6 +240,12 @@ fn when_the_filter_fails_the_samples_are_not_lost() {
     let output = fails(&[&render[..], &["--denoise", "-o", "out.exr"]].concat());
     refused(&output, 4, "out of memory, as planted; wrote out.exr as rendered");
     assert!(fs::read(run.path("out.exr")).unwrap() == plain);
+    let told = ["--denoise", "-o", "out.exr", "--stats", "stats.json", "--progress", "json"];
+    let output = fails(&[&render[..], &told].concat());
+    assert_eq!(code(&output), 4);
+    let end: Value = serde_json::from_str(stdout(&output).lines().last().unwrap()).unwrap();
+    assert_eq!((&end["event"], &end["exit"]), (&json!("end"), &json!(4)));
+    fs::remove_file(run.path("stats.json")).unwrap();
     refused(&fails(&["denoise", "plain.exr", "-o", "none.exr"]), 4, "out of memory, as planted");
     assert_eq!(run.files(), ["out.exr", "plain.exr"]);
 }

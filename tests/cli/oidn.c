@@ -5,6 +5,10 @@
 #include <stdlib.h>
 #include <string.h>
 
+#ifndef MAJOR
+#define MAJOR 2
+#endif
+
 typedef struct { const float* color; const float* albedo; const float* normal; float* output; size_t numbers; bool hdr, clean; } Filter;
 static int device;
 static Filter filter;
@@ -12,7 +16,7 @@ static const char* error;
 
 void* oidnNewDevice(int type) { return type == 1 ? &device : NULL; }
 void oidnSetDeviceInt(void* d, const char* name, int value) {}
-int oidnGetDeviceInt(void* d, const char* name) { return strcmp(name, "versionMajor") == 0 ? 2 : 7; }
+int oidnGetDeviceInt(void* d, const char* name) { return strcmp(name, "versionMajor") == 0 ? MAJOR : 7; }
 void oidnCommitDevice(void* d) {}
 void oidnReleaseDevice(void* d) {}
 

@@ -101,6 +101,8 @@ struct Written<'a> {
     checkpoint: Option<&'a Path>,
     /// `None` for a shard that was interrupted.
     outputs: Option<&'a Outputs>,
+    /// Why it is not denoised, if it was to be.
+    denoised: Result<(), Failure>,
 }
 
 impl Rendered<'_> {
@@ -113,7 +115,7 @@ impl Rendered<'_> {
         self.write_statistics(phases)?;
         self.say(&written, terminal);
         progress.event(|| self.end(&written));
-        Ok(self.ended.exit())
+        written.denoised.map(|()| self.ended.exit())
     }
 
     fn write(&self, terminal: Terminal) -> Result<Written<'_>, Failure> {
@@ -122,24 +124,21 @@ impl Rendered<'_> {
             None => self.keeper.at_end(self.renderer)?,
             Some(_) => Some(self.keeper.at_interruption(self.renderer)?),
         };
-        let outputs = match (self.args.part.shard, self.ended.interrupted) {
+        let (outputs, denoised) = match (self.args.part.shard, self.ended.interrupted) {
             // Half a shard is none.
-            (Some(_), Some(_)) => None,
+            (Some(_), Some(_)) => (None, Ok(())),
             (Some(_), None) => {
                 let shard = saved::encode(self.renderer, self.job.sensor, self.recorded, self.whole);
                 self.outputs.write_bytes(shard)?;
-                Some(self.outputs)
+                (Some(self.outputs), Ok(()))
             }
-            (None, _) => {
-                self.write_image(terminal)?;
-                Some(self.outputs)
-            }
+            (None, _) => (Some(self.outputs), self.write_image(terminal)?),
         };
-        Ok(Written { checkpoint, outputs })
+        Ok(Written { checkpoint, outputs, denoised })
     }
 
-    /// Writes the image and its layers to all outputs.
-    fn write_image(&self, terminal: Terminal) -> Result<(), Failure> {
+    /// Writes the image and its layers to all outputs; why it is not denoised, if it was to be.
+    fn write_image(&self, terminal: Terminal) -> Result<Result<(), Failure>, Failure> {
         let exposure = self.args.exposure.map_or(Exposure::Auto, Exposure::Ev);
         let mut header = self.header();
         let (picture, denoised) = picture(self.args, self.renderer, self.pool, self.denoiser, &mut header);
@@ -149,7 +148,7 @@ impl Rendered<'_> {
             exit,
             sentence: format!("{sentence}; {} as rendered", self.outputs.said()),
         };
-        denoised.map_err(as_rendered)
+        Ok(denoised.map_err(as_rendered))
     }
 
     /// What the image's file says of it.
@@ -173,7 +172,7 @@ impl Rendered<'_> {
         if let Some((_, bias)) = self.header().attributes.iter().find(|(name, _)| name == BIAS) {
             terminal.say(format_args!("note: the image is {bias}"));
         }
-        if self.denoiser.is_some() && written.outputs.is_some() {
+        if self.denoiser.is_some() && written.outputs.is_some() && written.denoised.is_ok() {
             terminal.say(format_args!(
                 "note: the image is denoised, to look at and not to measure; an .exr file has it as rendered in the \
                  layer {NOISY}"
@@ -193,10 +192,11 @@ impl Rendered<'_> {
         let name = |path: &Path| path.display().to_string();
         let files: Vec<_> = written.outputs.iter().flat_map(|outputs| outputs.paths()).map(|path| name(path)).collect();
         let ended = &self.ended;
+        let exit = written.denoised.as_ref().map_or_else(|failure| failure.exit, |()| ended.exit());
         json!({
             "event": "end",
             "outcome": ended.outcome(),
-            "exit": ended.exit() as u8,
+            "exit": exit as u8,
             "spp": ended.moment.passes,
             "elapsed": ended.moment.elapsed.as_secs_f64(),
             "noise": ended.moment.noise,

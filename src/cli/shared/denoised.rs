@@ -34,7 +34,7 @@ pub fn look_among(packages: PathBuf) {
 /// Which library denoises.
 #[derive(Clone, Debug, clap::Args)]
 pub struct OidnArgs {
-    /// The shared library of Open Image Denoise (2.0 or newer), or the folder that has it [default: the environment
+    /// The shared library of Open Image Denoise (version 2), or the folder that has it [default: the environment
     /// variable OIDN_LIBRARY, else the system's, else the one in Python's package pyoidn]
     #[arg(long, value_name = "PATH")]
     pub oidn: Option<PathBuf>,
