@@ -104,7 +104,7 @@ pub struct NoLightPaths;
 impl FromStr for LightPaths {
     type Err = NoLightPaths;
 
-    /// Takes `2`, `1/4` and `0.25`.
+    /// Takes `2`, `2.0`, `1/4` and `0.25`.
     fn from_str(text: &str) -> Result<Self, NoLightPaths> {
         let some = |text: &str| {
             let number = text.parse().ok().filter(|number| (1..=Self::MOST).contains(number));
@@ -119,7 +119,10 @@ impl FromStr for LightPaths {
                 let is_one_in = samples <= f64::from(Self::MOST) && (samples * part - 1.0).abs() < 1e-3;
                 if is_one_in { Ok(Self::one_in(samples as u32)) } else { Err(NoLightPaths) }
             }
-            _ => Ok(Self::each(some(text)?)),
+            Ok(whole) if (1.0..=f64::from(Self::MOST)).contains(&whole) && whole.fract() == 0.0 => {
+                Ok(Self::each(whole as u32))
+            }
+            _ => Err(NoLightPaths),
         }
     }
 }
@@ -193,6 +196,7 @@ mod tests {
         for (text, paths) in [
             ("1", LightPaths::ONE),
             ("3", LightPaths::each(3)),
+            ("2.0", LightPaths::each(2)),
             ("1/1", LightPaths::ONE),
             ("1/4", LightPaths::one_in(4)),
             ("0.25", LightPaths::one_in(4)),

@@ -68,7 +68,8 @@ fn merging_is_chosen_where_it_is_needed_and_admitted() {
 fn options_that_others_lack_narrow_the_choice() {
     let run = Run::new();
     for (options, only) in [
-        (&["--merge-radius", "0.1", "--light-paths", "1/2"][..], "vcm"),
+        (&["--merge-radius", "0.1"][..], "vcm"),
+        (&["--merge-radius", "0.1", "--light-paths", "1/2"], "vcm"),
         (&["--light-vertices", "2", "--unbiased"], "bdpt"),
         (&["--only-strategy", "2,2"], "bdpt"),
         (&["--only-strategy", "3,3"], "bdpt"),
@@ -104,6 +105,7 @@ fn a_file_keeps_the_choice() {
         (r#"{ "integrator": "path" }"#, "path", None),
         (r#"{ "integrator": "vcm" }"#, "vcm", None),
         (r#"{ "integrator": "vcm", "light_paths": "1/8" }"#, "vcm", Some("1/8")),
+        (r#"{ "integrator": "vcm", "light_paths": 0.125 }"#, "vcm", Some("1/8")),
     ] {
         fs::write(run.path("choice.json"), text).unwrap();
         assert_eq!(code(&run.render(&[&common[..], &["-o", "named.exr"]].concat())), 0);
@@ -115,15 +117,34 @@ fn a_file_keeps_the_choice() {
         ("{}", "it names no 'integrator'"),
         (r#"{ "integrator": "area" }"#, "'area' with 1 light paths is none of path, hybrid, bdpt, vcm"),
         (r#"{ "integrator": "path", "light_paths": "1/8" }"#, "'path' with 1/8 light paths is none of path"),
+        (r#"{ "integrator": "vcm", "light_paths": [1] }"#, "light paths are 1 to 1024 for each pixel, or 1/N"),
         (r#"{ "integrator": "vcm", "light_paths": "8/8" }"#, "light paths are 1 to 1024 for each pixel, or 1/N"),
         (r#"{ "integrator": "path", "scene": "another" }"#, "is for another scene"),
     ] {
         fs::write(run.path("choice.json"), text).unwrap();
         refused(&run.render(&common), 3, about);
     }
+    // What it does not say, the options do.
+    fs::write(run.path("choice.json"), r#"{ "integrator": "bdpt" }"#).unwrap();
+    let two = run.render(&[&common[..], &["--light-paths", "2", "-o", "two.exr"]].concat());
+    assert_eq!(code(&two), 0, "{}", stderr(&two));
+    assert_eq!(header(&run.path("two.exr"), "light-paths").as_deref(), Some("2"));
     refused(&run.render(&["--choice", "no/such/folder/choice.json"]), 4, "no/such/folder");
     let alone = ["--merge-radius", "0.1", "--light-paths", "2", "--choice", "choice.json"];
     refused(&run.render(&alone), 2, "leave nothing but -i vcm --light-paths 2 to choose");
+}
+
+/// Where memory has no room for the light vertices of `vcm`, and light vertices to choose from are none of `hybrid`'s.
+#[test]
+fn what_memory_leaves_is_said_and_kept() {
+    let run = Run::new();
+    let options = ["--light-vertices", "2", "--light-paths", "600", "--max-depth", "4", "--memory-limit", "20M"];
+    let output = run.render(&[&options[..], &["--spp", "1", "--choice", "choice.json", "-o", "image.exr"]].concat());
+    assert_eq!(code(&output), 0, "{}", stderr(&output));
+    let line = choice(&output).expect("what was chosen");
+    assert_eq!(line, "bdpt --light-paths 600, since no other fits into memory");
+    let kept: serde_json::Value = serde_json::from_slice(&fs::read(run.path("choice.json")).unwrap()).unwrap();
+    assert_eq!((&kept["integrator"], &kept["light_paths"]), (&"bdpt".into(), &"600".into()));
 }
 
 #[test]

@@ -3,7 +3,7 @@
 use std::{fs, io, path::Path};
 
 use pathspace::{
-    choice::{Candidate, Choice, Estimate, choose},
+    choice::{Candidate, Estimate, choose},
     film::{Crop, write_atomically},
     integrator::Integrator,
     layers::PathClasses,
@@ -53,19 +53,24 @@ impl Task<'_> {
         let mut candidates =
             self.candidates.iter().map(|candidate| settings(*candidate)).collect::<Result<Vec<_>, _>>()?;
         candidates.retain(|candidate| self.has_room(scene, candidate));
-        if candidates.len() < 2 {
-            let left = candidates.first().map_or(self.candidates[0], Candidate::of);
-            let reason = (!candidates.is_empty()).then(|| "no other fits into memory".to_owned());
-            return Ok(Chosen { settings: settings(left)?, reason, estimates: Vec::new() });
+        if candidates.is_empty() {
+            return Ok(Chosen { settings: settings(self.candidates[0])?, reason: None, estimates: Vec::new() });
         }
-        let holds = |scene: &Scene, path: &JoinedPath| self.kept.is_none_or(|(_, kept)| kept.holds(scene, path));
-        let choice = choose(scene, &candidates, self.kept.map(|_| &holds as _));
+        let (chosen, reason, estimates) = match &candidates[..] {
+            [only] => (Candidate::of(only), "no other fits into memory".to_owned(), Vec::new()),
+            _ => self.ask_pilot(scene, &candidates),
+        };
         if let Some(file) = file {
-            self.write(file, &choice)?;
+            self.write(file, chosen, &reason, &estimates)?;
         }
-        let (chosen, reason) = (choice.candidate(), choice.reason());
         terminal.say(format_args!("auto: {chosen}, since {reason}"));
-        Ok(Chosen { settings: settings(chosen)?, reason: Some(reason), estimates: choice.estimates })
+        Ok(Chosen { settings: settings(chosen)?, reason: Some(reason), estimates })
+    }
+
+    fn ask_pilot(&self, scene: &mut Scene, candidates: &[Settings]) -> (Candidate, String, Vec<Estimate>) {
+        let holds = |scene: &Scene, path: &JoinedPath| self.kept.is_none_or(|(_, kept)| kept.holds(scene, path));
+        let choice = choose(scene, candidates, self.kept.map(|_| &holds as _));
+        (choice.candidate(), choice.reason(), choice.estimates)
     }
 
     /// Whether the light vertices that it keeps fit into memory.
@@ -92,8 +97,11 @@ impl Task<'_> {
             )));
         }
         let kind = choice["integrator"].as_str().ok_or_else(|| no_choice("it names no 'integrator'"))?;
-        let paths = choice["light_paths"].as_str().unwrap_or("1");
-        let paths: LightPaths = paths.parse().map_err(|error: NoLightPaths| no_choice(&error.to_string()))?;
+        let paths: LightPaths = match &choice["light_paths"] {
+            Value::Null => self.image.light_paths.unwrap_or(LightPaths::ONE),
+            Value::String(text) => text.parse().map_err(|error: NoLightPaths| no_choice(&error.to_string()))?,
+            other => other.to_string().parse().map_err(|error: NoLightPaths| no_choice(&error.to_string()))?,
+        };
         let among = kind.parse().ok().map(|kind| Candidate::new(kind, paths)).filter(|x| self.candidates.contains(x));
         let among = among.ok_or_else(|| {
             let known: Vec<_> = self.candidates.iter().map(Candidate::to_string).collect();
@@ -102,13 +110,13 @@ impl Task<'_> {
         Ok(Some((among, choice["reason"].as_str().unwrap_or("by a file").to_owned())))
     }
 
-    fn write(&self, file: &Path, choice: &Choice) -> Result<(), Failure> {
+    fn write(&self, file: &Path, chosen: Candidate, reason: &str, estimates: &[Estimate]) -> Result<(), Failure> {
         let saved = json!({
             "scene": self.hash,
-            "integrator": choice.candidate().integrator.name(),
-            "light_paths": choice.candidate().light_paths.to_string(),
-            "reason": choice.reason(),
-            "estimates": described(&choice.estimates),
+            "integrator": chosen.integrator.name(),
+            "light_paths": chosen.light_paths.to_string(),
+            "reason": reason,
+            "estimates": described(estimates),
         });
         let text = format!("{saved:#}\n");
         write_atomically(file, text.as_bytes()).map_err(|error| Failure::output(error.to_string()))

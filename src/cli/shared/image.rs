@@ -184,10 +184,13 @@ impl ImageArgs {
         let admitted = |x: &Candidate| !(x.integrator.merges() && self.unbiased);
         let suits = |x: &Candidate| self.refuse_needless(x.integrator).is_ok();
         let serves_tiles = |x: &Candidate| self.light_vertices.is_none() || x.light_paths.is_with_each();
+        // The pilot's pixels are larger, and a radius that somebody gives is not: it cannot tell how much would merge.
+        let is_foreseen =
+            |x: &Candidate| self.merge_radius.is_none() || self.light_paths.is_some() || x.light_paths.is_with_each();
         let asked = |x: Candidate| Candidate { light_paths: self.light_paths.unwrap_or(x.light_paths), ..x };
         let mut candidates: Vec<_> = CANDIDATES.into_iter().map(asked).collect();
         candidates.dedup();
-        candidates.retain(|x| admitted(x) && suits(x) && serves_tiles(x));
+        candidates.retain(|x| admitted(x) && suits(x) && serves_tiles(x) && is_foreseen(x));
         let merges = |x: &&Candidate| x.integrator.merges();
         let Some(widest) = candidates.iter().rev().find(|x| !merges(x)).or(candidates.last()).copied() else {
             // What the one with the most techniques has no use for.
