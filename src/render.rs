@@ -13,12 +13,8 @@ mod variance;
 mod waves;
 
 use std::{
-    collections::BTreeMap,
     ops::Range,
-    sync::{
-        Arc, Mutex,
-        atomic::{AtomicU64, Ordering::Relaxed},
-    },
+    sync::{Arc, Mutex},
 };
 
 use glam::Vec2;
@@ -29,7 +25,7 @@ pub use self::{
     deposit::{Collector, Predicate},
     merge_radius::MergeRadius,
     settings::{Background, Settings},
-    statistics::{Rays, Statistics},
+    statistics::{Lookups, Rays, Statistics},
     waves::Width,
 };
 use self::{
@@ -44,7 +40,7 @@ use crate::{
     },
     lanes::Instructions,
     layers::Layers,
-    path::{LightPaths, Technique},
+    path::LightPaths,
     sampling::{Block, Independent, Sampler, SamplerKind, Sobol},
     scene::{
         Scene,
@@ -71,12 +67,8 @@ pub struct Renderer<'a> {
     keep: Option<&'a Predicate<'a>>,
     /// The first pass of this part of the render, and the next one.
     passes: Range<u32>,
-    samples: AtomicU64,
-    /// In the order of [`Rays`].
-    rays: [AtomicU64; 3],
-    spared: AtomicU64,
-    lost_to_sides: AtomicU64,
-    rejected: Mutex<BTreeMap<Technique, u64>>,
+    /// What the tasks so far have done.
+    done: Mutex<Statistics>,
 }
 
 impl<'a> Renderer<'a> {
@@ -136,11 +128,7 @@ impl<'a> Renderer<'a> {
             layers: None,
             keep: None,
             passes: 0..0,
-            samples: AtomicU64::new(0),
-            rays: Default::default(),
-            spared: AtomicU64::new(0),
-            lost_to_sides: AtomicU64::new(0),
-            rejected: Mutex::default(),
+            done: Mutex::default(),
         };
         renderer.with_weights(settings.weights)
     }
@@ -194,12 +182,7 @@ impl<'a> Renderer<'a> {
     #[must_use]
     pub fn resumed(self, passes: Range<u32>, done: &Statistics) -> Self {
         let this = Self { passes, ..self };
-        this.samples.fetch_add(done.samples, Relaxed);
-        this.count(done.rays, done.spared);
-        this.lost_to_sides.fetch_add(done.lost_to_sides, Relaxed);
-        for (technique, count) in &done.rejected {
-            *this.rejected.lock().unwrap_or_else(|e| e.into_inner()).entry(*technique).or_default() += count;
-        }
+        this.count(done);
         this
     }
 
@@ -267,19 +250,12 @@ impl<'a> Renderer<'a> {
 
     /// Brings one sample of each pixel of a tile to `destination`.
     fn task<'s>(&'s self, part: Part<'_>, scratch: &mut Scratch, destination: Destination<'s>) {
-        let (rays, sums) = (Rays::default(), None);
-        let mut sink = TaskSink { renderer: self, rays, spared: 0, lost_to_sides: 0, destination, sums };
-        let samples = match self.settings.sampler {
+        let mut sink = TaskSink { renderer: self, done: Statistics::default(), destination, sums: None };
+        sink.done.samples = match self.settings.sampler {
             SamplerKind::Independent => self.tile_by::<Independent>(part, scratch, &mut sink),
             SamplerKind::Sobol => self.tile_by::<Sobol>(part, scratch, &mut sink),
         };
-        self.count_task(&sink, samples);
-    }
-
-    fn count_task(&self, sink: &TaskSink, samples: u64) {
-        self.count(sink.rays, sink.spared);
-        self.lost_to_sides.fetch_add(sink.lost_to_sides, Relaxed);
-        self.samples.fetch_add(samples, Relaxed);
+        self.count(&sink.done);
     }
 
     fn image(&self) -> PaddedImage {
@@ -442,20 +418,11 @@ impl<'a> Renderer<'a> {
 
     /// What was done so far.
     pub fn statistics(&self) -> Statistics {
-        let rejected = self.rejected.lock().unwrap_or_else(|e| e.into_inner()).clone();
-        let [camera, light, visibility] = [0, 1, 2].map(|kind: usize| self.rays[kind].load(Relaxed));
-        let rays = Rays { camera, light, visibility };
-        let [samples, spared, lost_to_sides] =
-            [&self.samples, &self.spared, &self.lost_to_sides].map(|count| count.load(Relaxed));
-        Statistics { samples, rays, spared, lost_to_sides, rejected }
+        self.done.lock().unwrap_or_else(|e| e.into_inner()).clone()
     }
 
-    fn count(&self, rays: Rays, spared: u64) {
-        self.spared.fetch_add(spared, Relaxed);
-        let Rays { camera, light, visibility } = rays;
-        for (sum, count) in self.rays.iter().zip([camera, light, visibility]) {
-            sum.fetch_add(count, Relaxed);
-        }
+    fn count(&self, done: &Statistics) {
+        self.done.lock().unwrap_or_else(|e| e.into_inner()).add(done);
     }
 }
 

@@ -14,7 +14,7 @@ from scenes import MAX_DEPTH, SCENES, SIDE, write_glb, write_ply
 HERE = os.path.dirname(os.path.abspath(__file__))
 # relMSE is the mean of (I − R)²/(R² + FLOOR) over pixels and channels; trimmed, without the worst TRIM of the pixels.
 FLOOR, TRIM = 0.01, 0.001
-OURS = [("pathspace", name) for name in ("path", "light", "hybrid", "bdpt", "vcm")]
+OURS = [("pathspace", name) for name in ("path", "light", "hybrid", "bdpt", "vcm", "auto")]
 PEERS = [("mitsuba", "path"), ("mitsuba", "ptracer"), ("luxcore", "path"), ("luxcore", "hybrid"), ("luxcore", "bidir"), ("luxcore", "vcm"), ("cycles", "path")]
 # Camera rays alone do not find the caustic of the small lamp, and no ray that light sends meets the lens of a camera that sees glass first.
 EXPOSED = {"indirect": 0.2}
@@ -73,7 +73,8 @@ class Bench:
             self.pathspace(self.path(f"{name}.glb"), integrator, ["--time", f"{self.a.seconds:g}s", "--seed", str(number), "--stats", stats], out + ".exr")
             with open(stats) as file:
                 facts = json.load(file)
-            return read(out + ".exr"), facts["seconds"]["render"], facts["spp"], facts.get("version", "this")
+            # The choice of `auto` is a part of what it takes.
+            return read(out + ".exr"), facts["seconds"]["render"] + facts["seconds"]["choose"], facts["spp"], facts.get("version", "this")
         python = os.environ.get("CYCLES_PYTHON", sys.executable) if renderer == "cycles" else sys.executable
         command = [python, f"{HERE}/render.py", renderer, integrator, name, self.path(name), str(self.a.seconds), str(number), out + ".npy"]
         done = subprocess.run(command, check=True, capture_output=True, text=True, timeout=60 + 10 * self.a.seconds)

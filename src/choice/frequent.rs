@@ -67,7 +67,7 @@ fn rendered(scene: &Scene, settings: &Settings, passes: u32, keep: Option<&Keep<
         renderer.pass();
     }
     let sensor = scene.camera.sensor();
-    let work = Work::of(renderer.statistics().rays, passes, sensor);
+    let work = Work::of(&renderer.statistics(), passes, sensor);
     Rendered { integrator: renderer.integrator().clone(), work, image: luminances(renderer.film(), passes) }
 }
 

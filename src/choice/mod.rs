@@ -16,6 +16,8 @@ mod rare;
 mod tests;
 mod work;
 
+use std::ops::ControlFlow;
+
 pub use self::{
     candidate::{CANDIDATES, Candidate},
     work::Work,
@@ -49,6 +51,9 @@ const MISSED: f64 = 1e-3;
 
 /// Which paths are in the image.
 pub type Keep<'a> = dyn Fn(&Scene, &JoinedPath) -> bool + Sync + 'a;
+
+/// Hears which part of the pilot is done, and ends it by breaking.
+pub type Say<'a> = dyn FnMut(f64) -> ControlFlow<()> + 'a;
 
 /// What the pilot says of a candidate.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -120,15 +125,21 @@ impl Choice {
 /// [`Renderer::keeping`](crate::render::Renderer::keeping). The scene is the same afterwards.
 ///
 /// The candidates' crops, clamps and filters make no difference: the pilot has the whole image, and one size for all.
+/// `say` hears which part of it is done, in [0, 1]; where it breaks, the choice ends with `None`.
 ///
 /// # Panics
 /// Without candidates.
-pub fn choose(scene: &mut Scene, candidates: &[Settings], keep: Option<&Keep<'_>>) -> Choice {
+pub fn choose(
+    scene: &mut Scene,
+    candidates: &[Settings],
+    keep: Option<&Keep<'_>>,
+    say: &mut Say<'_>,
+) -> Option<Choice> {
     let camera = scene.camera;
     scene.camera = camera.with_sensor(reduced(camera.sensor()));
-    let estimates = estimates(scene, candidates, keep, camera.sensor());
+    let estimates = estimates(scene, candidates, keep, (camera.sensor(), say));
     scene.camera = camera;
-    Choice::among(estimates)
+    estimates.map(Choice::among)
 }
 
 /// The pilot's size.
@@ -141,7 +152,12 @@ fn reduced(Sensor { width, height, .. }: Sensor) -> Sensor {
 }
 
 /// Of the camera's image as it is, for one of the size `image`.
-fn estimates(scene: &Scene, candidates: &[Settings], keep: Option<&Keep<'_>>, image: Sensor) -> Vec<Estimate> {
+fn estimates(
+    scene: &Scene,
+    candidates: &[Settings],
+    keep: Option<&Keep<'_>>,
+    (image, say): (Sensor, &mut Say<'_>),
+) -> Option<Vec<Estimate>> {
     let sensor = scene.camera.sensor();
     let whole = |settings: &Settings| {
         let crop = Crop::full(sensor);
@@ -151,7 +167,12 @@ fn estimates(scene: &Scene, candidates: &[Settings], keep: Option<&Keep<'_>>, im
     let candidates: Vec<_> = candidates.iter().map(whole).collect();
     let widest = candidates.last().expect("a candidate");
     let bounds = Bounds::around(frequent::typical_value(scene, widest, keep));
-    let measured: Vec<_> = candidates.iter().map(|x| Measured::new(scene, x, bounds.common, keep)).collect();
+    let mut measured = Vec::new();
+    for settings in &candidates {
+        say(measured.len() as f64 / (candidates.len() + 1) as f64).continue_value()?;
+        measured.push(Measured::new(scene, settings, bounds.common, keep));
+    }
+    say(candidates.len() as f64 / (candidates.len() + 1) as f64).continue_value()?;
     let rare = Rare::predict(scene, widest, &measured, bounds, keep);
     let least = (0..measured.len()).map(|x| rare.missed(x)).fold(f64::INFINITY, f64::min);
     let complete = || (0..measured.len()).filter(|x| rare.missed(*x) <= least + MISSED);
@@ -175,14 +196,9 @@ fn estimates(scene: &Scene, candidates: &[Settings], keep: Option<&Keep<'_>>, im
         Estimate {
             candidate: Candidate::of(settings),
             error: errors.iter().sum::<f64>() / errors.len() as f64,
-            work: Work {
-                lookups: if merges { measured.work.camera } else { 0.0 },
-                merges: rare.merges * light_paths / f64::from(sensor.pixels()),
-                kept_paths: light_paths * f64::from(image.pixels()),
-                ..measured.work
-            },
+            work: Work { kept_paths: light_paths * f64::from(image.pixels()), ..measured.work },
             missed: rare.missed(candidate),
         }
     };
-    measured.iter().enumerate().map(estimate).collect()
+    Some(measured.iter().enumerate().map(estimate).collect())
 }

@@ -4,7 +4,7 @@ use super::{Keep, frequent::Measured};
 use crate::{
     integrator::{IntegratorKind, Weights},
     math::{Rgb, luminance},
-    path::{Heuristic, JoinedPath, LightPaths, Technique, Techniques, relative_deposit},
+    path::{Heuristic, JoinedPath, LightPaths, Techniques, relative_deposit},
     render::{Collector, MergeRadius, Renderer, Settings},
     scene::{Scene, camera::Sensor},
 };
@@ -46,8 +46,6 @@ pub struct Rare {
     pub(super) candidates: Vec<OfOne>,
     /// The light of the image.
     pub light: f64,
-    /// How many pairs of vertices have merged, for one light subpath of each pixel.
-    pub merges: f64,
 }
 
 /// What it tells of a candidate.
@@ -118,7 +116,7 @@ impl Rare {
 
     fn nothing(candidates: usize, sensor: Sensor) -> Self {
         let nothing = OfOne { excess: vec![Excess::default(); sensor.pixels() as usize], missed: (0.0, 0) };
-        Self { candidates: vec![nothing; candidates], light: 0.0, merges: 0.0 }
+        Self { candidates: vec![nothing; candidates], light: 0.0 }
     }
 
     fn add(&mut self, other: &Self) {
@@ -131,7 +129,6 @@ impl Rare {
             }
         }
         self.light += other.light;
-        self.merges += other.merges;
     }
 }
 
@@ -157,9 +154,6 @@ impl Collector for Tally<'_> {
     fn collect(&mut self, path: &JoinedPath, value: Rgb) {
         let Setting { scene, sensor, own, tables, bounds, keep } = self.setting;
         let technique = path.technique();
-        if matches!(technique, Technique::Merged(_)) {
-            self.found.merges += 1.0;
-        }
         let (x, y) = (path.raster().0.x.floor(), path.raster().0.y.floor());
         let inside = x >= 0.0 && y >= 0.0 && x < sensor.width as f32 && y < sensor.height as f32;
         if !inside || keep.is_some_and(|keep| !keep(scene, path)) {

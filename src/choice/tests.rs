@@ -1,4 +1,4 @@
-use std::path::Path;
+use std::{ops::ControlFlow, path::Path};
 
 use super::{
     rare::{Excess, OfOne},
@@ -94,16 +94,33 @@ fn a_choice_is_a_function_of_scene_and_settings() {
     let mut scene = scene("caustic-ring.glb");
     let pilot = |scene: &mut Scene, threads: usize| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("threads");
-        pool.install(|| choose(scene, &candidates(), None))
+        pool.install(|| choose(scene, &candidates(), None, &mut |_| ControlFlow::Continue(())).expect("a choice"))
     };
     let [first, second] = [1, 3].map(|threads| pilot(&mut scene, threads));
     assert_eq!(first, second);
     assert!(first.estimates.iter().all(|x| x.error > 0.01 && x.work.cost() > 1.0), "{first:?}");
     assert_eq!(scene.camera.sensor(), SENSOR);
-    // Of an eighth of the light paths, an eighth as many merge.
+    // Of an eighth of the light paths, an eighth as many merge with as many that look for them, which walks that end
+    // nowhere or on a mirror do not.
     let [.., few, all] = &first.estimates[..] else { panic!("{first:?}") };
-    assert_eq!(8.0 * few.work.merges, all.work.merges);
+    assert!((6.5..9.5).contains(&(all.work.merges / few.work.merges)), "{first:?}");
+    assert!((few.work.lookups / all.work.lookups - 1.0).abs() < 0.05, "{first:?}");
+    assert!(few.work.lookups < 0.9 * few.work.camera && few.work.lookups > 1.0, "{first:?}");
     assert!(8.0 * few.work.kept_paths == all.work.kept_paths && 4.0 * few.work.light < all.work.light, "{first:?}");
+}
+
+/// Whoever waits may end it between any two steps.
+#[test]
+fn a_choice_can_be_ended() {
+    let mut scene = scene("caustic-ring.glb");
+    let mut heard = Vec::new();
+    let mut twice = |part| {
+        heard.push(part);
+        if heard.len() < 2 { ControlFlow::Continue(()) } else { ControlFlow::Break(()) }
+    };
+    assert_eq!(choose(&mut scene, &candidates(), None, &mut twice), None);
+    assert!(heard[0] == 0.0 && heard[1] > 0.0 && heard.len() == 2, "{heard:?}");
+    assert_eq!(scene.camera.sensor(), SENSOR);
 }
 
 /// The paths that are not in the image make no noise in it.
@@ -112,8 +129,11 @@ fn what_is_left_out_does_not_count() {
     let mut scene = scene("caustic-ring.glb");
     let error =
         |choice: &Choice, kind| choice.estimates.iter().find(|x| x.candidate.integrator == kind).map(|x| x.error);
-    let all = choose(&mut scene, &candidates(), None);
-    let direct = choose(&mut scene, &candidates(), Some(&|_, path| path.to_path().edges() <= 2));
+    let all = choose(&mut scene, &candidates(), None, &mut |_| ControlFlow::Continue(())).expect("a choice");
+    let direct = choose(&mut scene, &candidates(), Some(&|_, path| path.to_path().edges() <= 2), &mut |_| {
+        ControlFlow::Continue(())
+    })
+    .expect("a choice");
     for kind in [IntegratorKind::Path, IntegratorKind::Bdpt] {
         assert!(error(&direct, kind) < error(&all, kind).map(|error| 0.5 * error), "{all:?} {direct:?}");
     }
@@ -123,7 +143,7 @@ fn what_is_left_out_does_not_count() {
 #[test]
 fn what_is_bright_and_steady_is_no_noise() {
     let nothing = OfOne { excess: vec![Excess::default()], missed: (0.0, 0) };
-    let mut rare = Rare { candidates: vec![nothing], light: 0.0, merges: 0.0 };
+    let mut rare = Rare { candidates: vec![nothing], light: 0.0 };
     let bounds = Bounds { common: 20.0, white: 200.0 };
     rare.candidates[0].excess[0].add(100.0, 100.0, bounds);
     assert_eq!((rare.mean(0, 0), rare.variance(0, 0, 20.0)), (80.0, 0.0));

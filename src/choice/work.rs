@@ -1,6 +1,6 @@
 //! What a sample takes.
 
-use crate::{render::Rays, scene::camera::Sensor};
+use crate::{render::Statistics, scene::camera::Sensor};
 
 /// Counts per sample of a pixel.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -11,9 +11,9 @@ pub struct Work {
     pub light: f64,
     /// Between two known points.
     pub visibility: f64,
-    /// Vertices of walks from the camera that may look for light vertices around them: as many as rays.
+    /// Vertices of walks from the camera that look for light vertices around them.
     pub lookups: f64,
-    /// Pairs of vertices that merge.
+    /// Light vertices that they find.
     pub merges: f64,
     /// Not of a sample but of a whole pass: light subpaths whose vertices are kept for merges.
     pub kept_paths: f64,
@@ -29,11 +29,17 @@ const NEAR: f64 = 192.0 * 192.0;
 const FARTHER: f64 = 0.1;
 
 impl Work {
-    /// Of the rays of so many passes over an image.
-    pub(super) fn of(rays: Rays, passes: u32, sensor: Sensor) -> Self {
-        let samples = f64::from(passes) * f64::from(sensor.pixels());
-        let [camera, light, visibility] = [rays.camera, rays.light, rays.visibility].map(|x| x as f64 / samples);
-        Self { camera, light, visibility, ..Self::default() }
+    /// Of so many passes over an image.
+    pub(super) fn of(Statistics { rays, lookups, .. }: &Statistics, passes: u32, sensor: Sensor) -> Self {
+        let per_sample = |count: u64| count as f64 / (f64::from(passes) * f64::from(sensor.pixels()));
+        Self {
+            camera: per_sample(rays.camera),
+            light: per_sample(rays.light),
+            visibility: per_sample(rays.visibility),
+            lookups: per_sample(lookups.made),
+            merges: per_sample(lookups.found),
+            kept_paths: 0.0,
+        }
     }
 
     /// All of it, in camera rays.

@@ -99,6 +99,9 @@ pub trait Sink {
     /// A subpath was walked, from the camera (radiance) or from a light (importance), with this many rays.
     fn walked(&mut self, _transport: Transport, _rays: usize) {}
 
+    /// Camera vertices have looked for light vertices, and found so many.
+    fn looked(&mut self, _lookups: usize, _found: usize) {}
+
     /// Walks have ended because N_s and N_g put a direction on different sides: light that is lost to shading normals.
     fn lost_to_sides(&mut self, _walks: u64) {}
 }
@@ -351,6 +354,7 @@ impl Integrator {
         let (tail, t) = (Tail::of(prefix), prefix.len() as u32);
         met.clear();
         kept.map.around(One, x.vertex.point.position, met);
+        sink.looked(1, met.len());
         for number in met.iter() {
             let y = LightVertex::of_record(&kept.map.records()[*number as usize]);
             let Some(meeting) = y.met_by(x, y.strategy(t), table).filter(|x| x.contribution != Rgb::ZERO) else {

@@ -1,6 +1,6 @@
 //! Where the paths of a pass go: to the film and its layers, or to a collector of one's own.
 
-use super::{Rays, Renderer};
+use super::{Renderer, Statistics};
 use crate::{
     film::{Film, Half, TileSums},
     integrator::{Sink, WaveSink},
@@ -42,9 +42,7 @@ pub(super) enum Destination<'a> {
 /// Brings the paths of one task to their destination, and counts.
 pub(super) struct TaskSink<'a> {
     pub(super) renderer: &'a Renderer<'a>,
-    pub(super) rays: Rays,
-    pub(super) spared: u64,
-    pub(super) lost_to_sides: u64,
+    pub(super) done: Statistics,
     pub(super) destination: Destination<'a>,
     /// The sums of the task's own pixels, where it has some.
     pub(super) sums: Option<&'a mut TileSums>,
@@ -75,12 +73,17 @@ impl WaveSink for TaskSink<'_> {
 
     #[cold]
     fn reject(&mut self, technique: Technique) {
-        self.count_rejected(technique);
+        *self.done.rejected.entry(technique).or_default() += 1;
     }
 
     #[inline(always)]
     fn shadow_rays(&mut self, rays: usize) {
-        self.rays.visibility += rays as u64;
+        self.done.rays.visibility += rays as u64;
+    }
+
+    #[inline(always)]
+    fn looked(&mut self, lookups: usize, found: usize) {
+        Sink::looked(self, lookups, found);
     }
 
     #[inline(always)]
@@ -90,13 +93,7 @@ impl WaveSink for TaskSink<'_> {
 
     #[inline(always)]
     fn lost_to_sides(&mut self, walks: usize) {
-        self.lost_to_sides += walks as u64;
-    }
-}
-
-impl TaskSink<'_> {
-    fn count_rejected(&mut self, technique: Technique) {
-        *self.renderer.rejected.lock().unwrap_or_else(|e| e.into_inner()).entry(technique).or_default() += 1;
+        self.done.lost_to_sides += walks as u64;
     }
 }
 
@@ -133,29 +130,35 @@ impl Sink for TaskSink<'_> {
 
     #[cold]
     fn reject(&mut self, path: &JoinedPath, _value: Rgb) {
-        self.count_rejected(path.technique());
+        WaveSink::reject(self, path.technique());
     }
 
     #[inline]
     fn shadow_ray(&mut self) {
-        self.rays.visibility += 1;
+        self.done.rays.visibility += 1;
     }
 
     #[inline]
     fn spared_ray(&mut self) {
-        self.spared += 1;
+        self.done.spared += 1;
     }
 
     #[inline]
     fn lost_to_sides(&mut self, walks: u64) {
-        self.lost_to_sides += walks;
+        self.done.lost_to_sides += walks;
+    }
+
+    #[inline]
+    fn looked(&mut self, lookups: usize, found: usize) {
+        self.done.lookups.made += lookups as u64;
+        self.done.lookups.found += found as u64;
     }
 
     #[inline]
     fn walked(&mut self, transport: Transport, rays: usize) {
         match transport {
-            Transport::Radiance => self.rays.camera += rays as u64,
-            Transport::Importance => self.rays.light += rays as u64,
+            Transport::Radiance => self.done.rays.camera += rays as u64,
+            Transport::Importance => self.done.rays.light += rays as u64,
         }
     }
 }

@@ -11,6 +11,8 @@ pub struct Statistics {
     pub samples: u64,
     /// Rays, by what they were for.
     pub rays: Rays,
+    /// Lookups of light vertices, to merge with them.
+    pub lookups: Lookups,
     /// Connections that roulette ended before their ray.
     pub spared: u64,
     /// Walks that ended because N_s and N_g put a direction on different sides: light that is lost to shading normals.
@@ -28,6 +30,22 @@ pub struct Rays {
     pub light: u64,
     /// Between two known points: of connections, and one for each sample of an alpha channel.
     pub visibility: u64,
+}
+
+/// Numbers of lookups of light vertices around camera vertices.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Lookups {
+    /// Camera vertices that looked.
+    pub made: u64,
+    /// Light vertices that they found within the radius.
+    pub found: u64,
+}
+
+impl Lookups {
+    fn add(&mut self, other: Self) {
+        self.made = self.made.saturating_add(other.made);
+        self.found = self.found.saturating_add(other.found);
+    }
 }
 
 impl Rays {
@@ -49,6 +67,7 @@ impl Statistics {
     pub fn add(&mut self, other: &Self) {
         self.samples = self.samples.saturating_add(other.samples);
         self.rays.add(other.rays);
+        self.lookups.add(other.lookups);
         self.spared = self.spared.saturating_add(other.spared);
         self.lost_to_sides = self.lost_to_sides.saturating_add(other.lost_to_sides);
         for (technique, count) in &other.rejected {

@@ -6,7 +6,7 @@ use super::{
     Renderer,
     deposit::{Destination, TaskSink},
     padded::PaddedImage,
-    statistics::Rays,
+    statistics::Statistics,
 };
 use crate::{
     film::{Half, TileSums},
@@ -89,17 +89,15 @@ impl<'a> Renderer<'a> {
                 sums.start(image.corner(tile), image.side);
             }
             starts.clear();
-            let mut samples = 0;
+            let mut done = Statistics::default();
             for pixel in image.tile_in_squares(tile) {
                 let stage = self.light_stage(pixel, sweep);
-                samples += u64::from(stage.connects == Connects::Yes);
+                done.samples += u64::from(stage.connects == Connects::Yes);
                 starts.push(pixel.corner(), pixel.key(), stage);
             }
             let mut sink = TaskSink {
                 renderer: self,
-                rays: Rays::default(),
-                spared: 0,
-                lost_to_sides: 0,
+                done,
                 destination: Destination::Film { half, keep: None },
                 sums: from_camera.then_some(&mut *sums),
             };
@@ -115,7 +113,7 @@ impl<'a> Renderer<'a> {
                     lanes.call(Tile { renderer, lanes, sweep, starts, wave, sink: sink_of_tile });
                 }
             }
-            self.count_task(&sink, samples);
+            self.count(&sink.done);
             if from_camera {
                 sums.flush(&self.film, half);
             }

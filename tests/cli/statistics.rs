@@ -89,6 +89,13 @@ fn statistics_count_what_was_done() {
     let light = stats(&["-i", "light", "--spp", "4"]);
     assert!(rays(&light, "camera") == 0 && rays(&light, "light") > 0);
 
+    let lookups = |stats: &Value| ["made", "found"].map(|kind| stats["lookups"][kind].as_u64().unwrap());
+    let vcm = stats(&["-i", "vcm", "--spp", "4", "--checkpoint", "v.exr"]);
+    let [made, found] = lookups(&vcm);
+    assert!(lookups(&light) == [0, 0] && made > 0 && made <= rays(&vcm, "camera") && found > 0, "{vcm}");
+    let longer = stats(&["-i", "vcm", "--spp", "9", "--resume", "v.exr"]);
+    assert_eq!(lookups(&longer), lookups(&stats(&["-i", "vcm", "--spp", "9"])));
+
     // Counts are of the image; what this run added is apart.
     let whole = stats(&["-i", "path", "--spp", "9"]);
     let resumed = stats(&["-i", "path", "--spp", "9", "--resume", "k.exr"]);

@@ -108,6 +108,7 @@ impl Stats<'_> {
                 "all": rays.total(),
                 "spared": statistics.spared,
             },
+            "lookups": { "made": statistics.lookups.made, "found": statistics.lookups.found },
             "lost_to_sides": {
                 "walks": statistics.lost_to_sides,
                 "fraction": statistics.lost_to_sides as f64 / (rays.camera + rays.light).max(1) as f64,

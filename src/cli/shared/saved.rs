@@ -5,7 +5,7 @@ use std::{collections::BTreeMap, ops::Range, path::Path};
 use pathspace::{
     film::{CheckpointError, CheckpointFile, CheckpointHeader, Crop, encode_checkpoint},
     path::{Strategy, Technique},
-    render::{Rays, Renderer, Statistics},
+    render::{Lookups, Rays, Renderer, Statistics},
     scene::camera::Sensor,
 };
 
@@ -129,6 +129,8 @@ const SAMPLES: &str = "samples";
 const CAMERA_RAYS: &str = "rays.camera";
 const LIGHT_RAYS: &str = "rays.light";
 const VISIBILITY_RAYS: &str = "rays.visibility";
+const LOOKUPS: &str = "lookups";
+const FOUND: &str = "lookups.found";
 const SPARED_RAYS: &str = "rays.spared";
 const LOST_TO_SIDES: &str = "lost.sides";
 const REJECTED: &str = "rejected";
@@ -148,6 +150,8 @@ pub fn counts(statistics: &Statistics) -> BTreeMap<String, String> {
         (CAMERA_RAYS, camera.to_string()),
         (LIGHT_RAYS, light.to_string()),
         (VISIBILITY_RAYS, visibility.to_string()),
+        (LOOKUPS, statistics.lookups.made.to_string()),
+        (FOUND, statistics.lookups.found.to_string()),
         (SPARED_RAYS, statistics.spared.to_string()),
         (LOST_TO_SIDES, statistics.lost_to_sides.to_string()),
         (REJECTED, rejected),
@@ -171,8 +175,10 @@ pub fn statistics(counts: &BTreeMap<String, String>) -> Option<Statistics> {
     }
     let count = |name: &str| counts.get(name)?.parse().ok();
     let rays = Rays { camera: count(CAMERA_RAYS)?, light: count(LIGHT_RAYS)?, visibility: count(VISIBILITY_RAYS)? };
-    let lost_to_sides = if counts.contains_key(LOST_TO_SIDES) { count(LOST_TO_SIDES)? } else { 0 };
-    Some(Statistics { samples: count(SAMPLES)?, rays, spared: count(SPARED_RAYS)?, lost_to_sides, rejected })
+    // Older files do not have all.
+    let later = |name: &str| if counts.contains_key(name) { count(name) } else { Some(0) };
+    let (lookups, lost_to_sides) = (Lookups { made: later(LOOKUPS)?, found: later(FOUND)? }, later(LOST_TO_SIDES)?);
+    Some(Statistics { samples: count(SAMPLES)?, rays, lookups, spared: count(SPARED_RAYS)?, lost_to_sides, rejected })
 }
 
 #[cfg(test)]
@@ -200,7 +206,8 @@ mod tests {
             [(Technique::Area, 3), (Technique::Bidirectional(strategy), 1), (Technique::Merged(strategy), 2)];
         for rejected in [BTreeMap::new(), rejected.into()] {
             let rays = Rays { camera: 7, light: 0, visibility: u64::MAX };
-            let all = Statistics { samples: 1 << 40, rays, spared: 5, lost_to_sides: 9, rejected };
+            let lookups = Lookups { made: 3, found: 8 };
+            let all = Statistics { samples: 1 << 40, rays, lookups, spared: 5, lost_to_sides: 9, rejected };
             assert_eq!(statistics(&counts(&all)), Some(all));
         }
     }

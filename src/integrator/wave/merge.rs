@@ -102,6 +102,7 @@ impl<L: Lanes, S: WaveSink> Work for Merge<'_, L, S> {
         let Stage { lanes, vertices: t, .. } = stage;
         let point = &z.step.vertex.point;
         meetings.find(lanes, map, point.position, which);
+        sink.looked(count(which), meetings.pairs.iter().map(|pairs| pairs.camera.len()).sum());
         let Meetings { camera, pairs, .. } = meetings;
         let nothing = lanes.mask(0);
         let end = LightEnd { step: *z.step, tail: z.tail, is_hittable: nothing, next_event_ratio: lanes.splat(1.0) };

@@ -58,6 +58,9 @@ pub trait WaveSink {
     /// Walks have come to a vertex.
     fn walked(&mut self, transport: Transport, walks: usize);
 
+    /// Camera vertices have looked for light vertices, and found so many.
+    fn looked(&mut self, lookups: usize, found: usize);
+
     /// Walks have ended because N_s and N_g put a direction on different sides.
     fn lost_to_sides(&mut self, walks: usize);
 }
