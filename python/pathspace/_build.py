@@ -40,7 +40,7 @@ class Material:
     name: str = ""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Mesh:
     """Triangles of one material. Lengths in metres, y upwards."""
 
@@ -100,10 +100,7 @@ class Camera:
 
 def array(what: str, values: ArrayLike, shape: tuple[Optional[int], ...]) -> NDArray[np.float64]:
     """Finite numbers of this shape, of which None is any length. Raises TypeError for what is no number."""
-    try:
-        result = np.asarray(values, np.float64)
-    except (TypeError, ValueError) as error:
-        raise TypeError(f"{what} is no array of numbers: {error}") from None
+    result = _numbers(what, values).astype(np.float64)
     fits = result.ndim == len(shape) and all(want in (None, got) for want, got in zip(shape, result.shape))
     if not fits:
         wanted = ", ".join("n" if length is None else str(length) for length in shape)
@@ -111,6 +108,46 @@ def array(what: str, values: ArrayLike, shape: tuple[Optional[int], ...]) -> NDA
     if not np.isfinite(result).all():
         raise UsageError(f"{what} holds numbers that are not finite")
     return result
+
+
+def _numbers(what: str, values: ArrayLike) -> NDArray[Any]:
+    """An array of real numbers, of whatever type and shape."""
+    if np.ma.is_masked(values):
+        raise TypeError(f"{what} has numbers that are masked")
+    try:
+        result = np.asarray(values)
+    except (TypeError, ValueError) as error:
+        raise TypeError(f"{what} is no array of numbers: {error}") from None
+    if result.dtype.kind not in "biuf":
+        raise TypeError(f"{what} is no array of numbers, but of {result.dtype}")
+    return result
+
+
+def _number(what: str, value: object) -> float:
+    """One finite number."""
+    if isinstance(value, (str, bytes)) or np.ndim(value) != 0:  # type: ignore[arg-type]
+        raise TypeError(f"{what} is a number, not {value!r}")
+    try:
+        number = float(value)  # type: ignore[arg-type]
+    except (TypeError, ValueError):
+        raise TypeError(f"{what} is a number, not {value!r}") from None
+    if not np.isfinite(number):
+        raise UsageError(f"{what} is not finite")
+    return number
+
+
+def _part(what: str, value: object) -> float:
+    """A number in [0, 1]."""
+    number = _number(what, value)
+    if not 0.0 <= number <= 1.0:
+        raise UsageError(f"{what} is between 0 and 1, not {number}")
+    return number
+
+
+def _flag(what: str, value: object) -> bool:
+    if not isinstance(value, (bool, np.bool_)):
+        raise TypeError(f"{what} is True or False, not {value!r}")
+    return bool(value)
 
 
 def vector(what: str, values: ArrayLike) -> tuple[float, float, float]:
@@ -128,7 +165,7 @@ def _unit(what: str, values: ArrayLike) -> NDArray[np.float64]:
 
 
 def _color(what: str, values: Union[float, Sequence[float]]) -> NDArray[np.float64]:
-    v = np.asarray(values, np.float64)
+    v = _numbers(what, values)
     v = array(what, np.repeat(v, 3) if v.ndim == 0 else v, (3,))
     if (v < 0.0).any():
         raise UsageError(f"{what} has negative numbers")
@@ -181,11 +218,12 @@ class _File:
             positions = array(f"{name}: positions", mesh.positions, (None, 3)).astype("<f4")
         if len(positions) == 0 or not np.isfinite(positions).all():
             raise UsageError(f"{name}: positions has no vertices, or some beyond what 32-bit floats hold")
-        triangles = np.arange(len(positions)) if mesh.triangles is None else np.asarray(mesh.triangles)
+        counted = np.arange(len(positions))
+        triangles = counted if mesh.triangles is None else _numbers(f"{name}: triangles", mesh.triangles)
         if mesh.triangles is None and len(positions) % 3 != 0:
             raise UsageError(f"{name}: positions has {len(positions)} vertices, not three for each triangle")
         if mesh.triangles is not None:
-            if triangles.dtype.kind not in "iu":
+            if triangles.dtype.kind not in "iu" and triangles.size > 0:
                 raise TypeError(f"{name}: triangles are integers, not {triangles.dtype}")
             array(f"{name}: triangles", triangles, (None, 3))
         if len(triangles) == 0 or triangles.min() < 0 or triangles.max() >= len(positions):
@@ -208,24 +246,31 @@ class _File:
         color = _color(f"{mesh}: base_color", material.base_color)
         emission = _color(f"{mesh}: emission", material.emission)
         strength = float(emission.max())
+        names = ("metallic", "roughness", "specular", "transmission")
+        metallic, roughness, specular, transmission = (
+            _part(f"{mesh}: {name}", getattr(material, name)) for name in names
+        )
+        ior = _number(f"{mesh}: ior", material.ior)
+        if ior < 1.0 and ior != 0.0:
+            raise UsageError(f"{mesh}: ior is at least 1, or 0 for a mirror under any angle, not {ior}")
         extensions = {
-            **self._extension("KHR_materials_specular", {"specularFactor": material.specular}),
-            **self._extension("KHR_materials_ior", {"ior": material.ior}),
+            **self._extension("KHR_materials_specular", {"specularFactor": specular}),
+            **self._extension("KHR_materials_ior", {"ior": ior}),
         }
-        if material.transmission > 0.0:
-            factor = {"transmissionFactor": material.transmission}
+        if transmission > 0.0:
+            factor = {"transmissionFactor": transmission}
             extensions.update(self._extension("KHR_materials_transmission", factor))
-        if material.volume:
+        if _flag(f"{mesh}: volume", material.volume):
             extensions.update(self._extension("KHR_materials_volume", {"thicknessFactor": 1.0}))
         if strength > 1.0:
             factor = {"emissiveStrength": strength}
             extensions.update(self._extension("KHR_materials_emissive_strength", factor))
-        surface = {"metallicFactor": material.metallic, "roughnessFactor": material.roughness}
+        surface = {"metallicFactor": metallic, "roughnessFactor": roughness}
         described = {
             "name": material.name or f"material of {mesh}",
             "pbrMetallicRoughness": {"baseColorFactor": [*color.tolist(), 1.0], **surface},
             "emissiveFactor": (emission / max(strength, 1.0)).tolist(),
-            "doubleSided": material.double_sided,
+            "doubleSided": _flag(f"{mesh}: double_sided", material.double_sided),
             "extensions": extensions,
         }
         return self._append("materials", described)
@@ -237,7 +282,11 @@ class _File:
             color, light = _color(f"{name}: irradiance", lamp.irradiance), {"type": "directional"}
         elif isinstance(lamp, SpotLamp):
             color = _color(f"{name}: intensity", lamp.intensity)
-            inner, outer = (float(np.radians(angle)) for angle in (lamp.inner, lamp.outer))
+            degrees = [_number(f"{name}: {which}", getattr(lamp, which)) for which in ("inner", "outer")]
+            if not 0.0 <= degrees[0] <= degrees[1] <= 90.0 or degrees[1] == 0.0:
+                needed = "0 ≤ inner ≤ outer ≤ 90 degrees, and an outer above 0"
+                raise UsageError(f"{name}: {needed} are needed, not {degrees}")
+            inner, outer = np.radians(degrees).tolist()
             light = {"type": "spot", "spot": {"innerConeAngle": inner, "outerConeAngle": outer}}
         elif isinstance(lamp, PointLamp):
             color, light = _color(f"{name}: intensity", lamp.intensity), {"type": "point"}
@@ -265,7 +314,12 @@ class _File:
         right /= np.linalg.norm(right)
         columns = np.eye(4)
         columns[:3, 0], columns[:3, 1], columns[:3, 2], columns[:3, 3] = right, np.cross(back, right), back, position
-        view = {"yfov": float(np.radians(camera.yfov)), "aspectRatio": camera.aspect, "znear": 0.01}
+        yfov = _number("camera: yfov", camera.yfov)
+        if not 0.0 < yfov < 180.0:
+            raise UsageError(f"camera: yfov is above 0 and below 180 degrees, not {yfov}")
+        if (aspect := _number("camera: aspect", camera.aspect)) <= 0.0:
+            raise UsageError(f"camera: aspect is above 0, not {aspect}")
+        view = {"yfov": float(np.radians(yfov)), "aspectRatio": aspect, "znear": 0.01}
         index = self._append("cameras", {"type": "perspective", "perspective": view, "name": "camera"})
         self.nodes.append({"name": "camera", "camera": index, "matrix": columns.T.ravel().tolist()})
 
@@ -278,10 +332,7 @@ class _File:
             document["extensionsUsed"] = sorted(self.extensions)
         if self.buffer:
             document["buffers"] = [{"byteLength": len(self.buffer)}]
-        try:
-            text = json.dumps(document, allow_nan=False).encode()
-        except ValueError:
-            raise UsageError("a number of a material, a lamp or the camera is not finite") from None
+        text = json.dumps(document, allow_nan=False).encode()
         chunks = [(b"JSON", text + b" " * (-len(text) % 4))]
         if self.buffer:
             chunks.append((b"BIN\0", self.buffer))

@@ -14,6 +14,7 @@ import numpy as np
 
 from . import _native
 from ._oidn import look_for_wheel
+from ._progress import notebook_display
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -22,7 +23,8 @@ if TYPE_CHECKING:
 class Image:
     """An image with its layers, halves and header, as :meth:`pathspace.Scene.render` returns it.
 
-    Arrays have the shape (height, width, 3) and type float32; row 0 is the top one. Values are linear radiances in the
+    Arrays have the shape (height, width, 3) and type float32; row 0 is the top one. They are read-only: copy them to
+    change them. Values are linear radiances in the
     units of the scene's lights, with the primaries of Rec. 709. With ``crop``, only its pixels are there.
     """
 
@@ -135,15 +137,9 @@ class Image:
     def show(self, exposure: Optional[float] = None) -> None:
         """Shows the image: in a notebook as its output, elsewhere in whatever opens .png files."""
         png = self.encode("png", exposure)
-        try:
-            from IPython import get_ipython
-            from IPython.display import Image as Shown, display
-        except ImportError:
-            in_notebook = False
-        else:
-            in_notebook = get_ipython() is not None
-        if in_notebook:
-            display(Shown(data=png))  # type: ignore[no-untyped-call, unused-ignore]
+        display = notebook_display()
+        if display is not None:
+            display({"image/png": png, "text/plain": repr(self)}, raw=True)
             return
         with tempfile.NamedTemporaryFile(prefix="pathspace-", suffix=".png", delete=False) as file:
             file.write(png)
@@ -155,5 +151,5 @@ class Image:
     def __repr__(self) -> str:
         return f"<Image {self.width}×{self.height}, {self.header['integrator']}, {self.spp} spp>"
 
-    def _colours(self, pixels: bytearray) -> NDArray[np.float32]:
+    def _colours(self, pixels: bytes) -> NDArray[np.float32]:
         return np.frombuffer(pixels, np.float32).reshape(*self._native.shape, 3)

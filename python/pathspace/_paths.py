@@ -5,12 +5,14 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from operator import index
 from typing import TYPE_CHECKING, Any, Literal, Optional, Union
 
 import numpy as np
 
 from . import _native
 from ._errors import UsageError
+from ._words import whole
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -36,7 +38,7 @@ TECHNIQUES = np.dtype(
 )
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Vertex:
     """A vertex p_i of a path."""
 
@@ -153,7 +155,9 @@ class Path:
     def geometry_term(self, i: int) -> float:
         """G(p_i↔p_{i+1}) = V |cos θ_i| |cos θ_{i+1}| / |p_i − p_{i+1}|², in 1/m²; with a cosine and a distance of 1
         where an end is a direction. IndexError if there is no such edge."""
-        return self._native.geometry_term(i)
+        if not 0 <= (edge := index(i)) < self.edges:
+            raise IndexError(f"the path has the edges 0 to {self.edges - 1}")
+        return self._native.geometry_term(edge)
 
     def contribution(self) -> NDArray[np.float64]:
         """F(p̄)/h = W_e(p_1→p_0) G(p_0↔p_1) T(p̄) L_e(p_n→p_{n−1}): the measurement contribution without the pixel's
@@ -201,17 +205,20 @@ class Path:
             settings = self._settings
         if not isinstance(settings, Settings):
             raise TypeError(f"settings come from Scene.prepare, or are the name of an integrator, not {settings!r}")
+        self._scene._check(settings)
         return settings._native
 
     def _written(self, technique: Technique) -> tuple[str, int, int]:
         if isinstance(technique, Merge):
-            return ("merge", self.edges - technique.at, technique.at + 1)
+            at = whole("where a path merges", technique.at)
+            if not 1 <= at < self.edges:
+                raise UsageError(f"a path of {self.edges} edges merges at a vertex between its ends, not at p_{at}")
+            return ("merge", self.edges - at, at + 1)
         if technique == "area":
             return ("area", 0, 0)
         if isinstance(technique, tuple) and len(technique) == 2:
-            s, t = (int(count) for count in technique)
-            if min(s, t) >= 0:
-                return ("strategy", s, t)
+            s, t = (whole("a number of vertices", count) for count in technique)
+            return ("strategy", s, t)
         raise UsageError(f"a technique is (s, t), Merge(i) or 'area', not {technique!r}")
 
     def __repr__(self) -> str:

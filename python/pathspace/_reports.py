@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import os
 import shlex
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path as FilePath
 from typing import TYPE_CHECKING, Any, Optional, Union
@@ -16,6 +16,7 @@ from . import _native
 from ._build import array
 from ._errors import OutputError, UsageError
 from ._image import Image
+from ._progress import Hear, reader
 from ._scene import Scene, load
 from ._words import load_options, options, words
 
@@ -29,8 +30,6 @@ if TYPE_CHECKING:
 SceneLike = Union[Scene, str, os.PathLike[str]]
 #: An image, an .exr file, or an array (height, width, 3).
 ImageLike = Union[Image, str, os.PathLike[str], "NDArray[np.float32]"]
-#: Hears the part that is done, in [0, 1], and what is being done. What it raises ends the report.
-Hear = Callable[[float, str], object]
 
 
 class _Dict:
@@ -67,6 +66,7 @@ class Contestant(_Dict):
 
     name: str
     spp: int
+    #: Of its render.
     seconds: float
     #: The part of the image's mean that it cannot find.
     uncovered: float
@@ -124,6 +124,7 @@ class Measured(_Dict):
     slope: Optional[float]
     #: 1/(relMSE · seconds), of that fit.
     efficiency: Optional[float]
+    #: How many it traced in all.
     rays: int
     snapshots: Sequence[Snapshot]
 
@@ -171,7 +172,7 @@ class Compared(_Dict):
         return {"image": self.image, "brighter": self.brighter, **self.errors}
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class CompareReport(_Dict):
     """How far images are from each other."""
 
@@ -188,17 +189,18 @@ class CompareReport(_Dict):
         return {"images": [one.to_dict() for one in self.images], "p_of_no_bias": self.p_of_no_bias}
 
 
-def verify(scene: SceneLike, *, progress: Optional[Hear] = None, **options: Unpack[VerifyOptions]) -> VerifyReport:
+def verify(scene: SceneLike, *, progress: Hear = None, **options: Unpack[VerifyOptions]) -> VerifyReport:
     """Checks that integrators agree on a scene, and says how small a bias would have been seen.
 
     The keywords are the options of ``pathspace verify`` with the same defaults: ``integrators``, ``time`` (60 s in
-    all) or ``spp``, ``bias`` and so on. The interpreter's lock is released meanwhile, and Ctrl-C ends it.
+    all) or ``spp``, ``bias`` and so on. ``progress`` is True for a bar, or a function that hears the part that is done,
+    in [0, 1], and what is being done. The interpreter's lock is released meanwhile, and Ctrl-C ends it.
 
     Raises as :meth:`pathspace.Scene.render`.
     """
     scene = _scene(scene)
     given = words("verify", "verify", _keywords("verify"), options)
-    text, files = _native.verify(scene._loaded, given, progress)
+    text, files = _native.verify(scene._loaded, given, reader(progress))
     found = json.loads(text)
     names = ("name", "spp", "seconds", "uncovered")
     integrators = [Contestant(**{name: one[name] for name in names}) for one in found["integrators"]]
@@ -208,19 +210,20 @@ def verify(scene: SceneLike, *, progress: Optional[Hear] = None, **options: Unpa
 
 
 def converge(
-    scene: SceneLike, *, progress: Optional[Hear] = None, **options: Unpack[ConvergeOptions]
+    scene: SceneLike, *, progress: Hear = None, **options: Unpack[ConvergeOptions]
 ) -> ConvergeReport:
     """Measures the error of integrators over time, against a long run or the image ``reference`` (an .exr file).
 
     The keywords are the options of ``pathspace converge`` with the same defaults: ``integrators``, ``time`` (20 s
-    each) or ``spp``, and so on. The interpreter's lock is released meanwhile, and Ctrl-C ends it.
+    each) or ``spp``, and so on. ``progress`` is as for :func:`verify`. The interpreter's lock is released meanwhile,
+    and Ctrl-C ends it.
 
     Raises as :meth:`pathspace.Scene.render`.
     """
     given = words("converge", "converge", _keywords("converge"), options)
     title = "scene" if isinstance(scene, Scene) else FilePath(scene).stem
     command = f"pathspace converge {title} {shlex.join(given)}".strip()
-    text, html, csv = _native.converge(_scene(scene)._loaded, given, title, command, progress)
+    text, html, csv = _native.converge(_scene(scene)._loaded, given, title, command, reader(progress))
     found = json.loads(text)
 
     def snapshot(one: Mapping[str, Any]) -> Snapshot:

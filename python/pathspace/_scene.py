@@ -10,13 +10,13 @@ from typing import TYPE_CHECKING, Any, Optional, Union
 
 from . import _native
 from ._build import Camera, Lamp, Mesh, glb, vector
-from ._errors import OutputError, UsageError
+from ._errors import InputError, OutputError, UsageError
 from ._image import Image
 from ._oidn import look_for_wheel
 from ._options import PathOptions, ViewOptions
 from ._paths import Path, Settings
 from ._progress import Listener, listener
-from ._words import file_words, load_options, render_options, words
+from ._words import file_words, load_options, render_options, whole, words
 
 if TYPE_CHECKING:
     from typing_extensions import Unpack
@@ -30,8 +30,8 @@ def load(path: Union[str, os.PathLike[str]], **options: Unpack[LoadOptions]) -> 
     """Reads a glTF 2.0 scene, .gltf or .glb.
 
     The keywords are those options of ``pathspace render`` that reading takes: ``scene``, ``variant``, ``at``
-    (seconds), ``animation``, ``limit`` (a dict), ``allow_outside`` and ``ignore_required``. What the file asks for and does not get is a
-    :class:`pathspace.PathspaceWarning`.
+    (seconds), ``animation``, ``limit`` (a dict), ``allow_outside`` and ``ignore_required``. What the file asks for and
+    does not get is a :class:`pathspace.PathspaceWarning`.
 
     Raises :class:`pathspace.InputError` if there is no such file, or it cannot be rendered, and
     :class:`pathspace.UsageError` for a scene, variant or animation that it does not have.
@@ -62,7 +62,12 @@ class Scene:
         with tempfile.TemporaryDirectory(prefix="pathspace-") as folder:
             file = FilePath(folder) / "scene.glb"
             file.write_bytes(self._glb)
-            self._loaded = _native.Scene.load(file_words(file))
+            try:
+                self._loaded = _native.Scene.load(file_words(file))
+            except InputError as error:
+                # The file is gone, and its author has never seen it.
+                sentence = str(error).replace(f"{file}", "the scene's file")
+                raise UsageError(f"the arrays make no scene: {sentence}") from None
 
     @classmethod
     def _of(cls, native: _native.Scene) -> Scene:
@@ -112,11 +117,12 @@ class Scene:
         The keywords are the options of the command line, with ``_`` for ``-`` and the same defaults:
         ``render(integrator="bdpt", spp=64, width=512, layers=["classes"])``. An option that is True is given; a
         sequence is joined by commas (``look_at=(0, 1, 4, 0, 1, 0)``), a dict becomes several options
-        (``layer={"caustics": "C.*[DG]S+L"}``), a number of seconds is a time. ``pathspace.options()`` lists them, and
-        docs/options.md explains them. Files come from :meth:`Image.save` instead of ``output``; checkpoints and
+        (``layer={"caustics": "C.*[DG]S+L"}``), a number of seconds is a time. docs/options.md
+        explains them. Files come from :meth:`Image.save` instead of ``output``; checkpoints and
         shards are for the command line, but ``resume`` goes on from one.
 
-        ``progress`` is True for a bar, or a function of a :class:`pathspace.Progress`. The interpreter's lock is
+        ``progress`` is True for a bar, in a notebook with the picture as it comes, or a function of a
+        :class:`pathspace.Progress`. The interpreter's lock is
         released while rays are traced, and Ctrl-C ends a render on the main thread after the pass that it comes in.
         As on the command line, the trees over the scene are built for each render.
 
@@ -126,7 +132,7 @@ class Scene:
         given = words("render", "render", render_options(), options)
         if options.get("denoise"):
             look_for_wheel()
-        return Image(_native.render(self._loaded, given, listener(progress)))
+        return Image(_native.render(self._loaded, given, *listener(progress)))
 
     def prepare(self, **options: Unpack[RenderOptions]) -> Settings:
         """Prepares what :meth:`render` would render with these options, for questions about paths: which techniques it
@@ -140,9 +146,13 @@ class Scene:
         """The first ``n`` paths that a render with these options brings to a pixel (column, row); fewer if so many
         ``passes`` over the image have no more. Always the same ones.
 
-        They come with the weight rule of that render: :meth:`Path.techniques` explains each.
+        They come with the weight rule of that render: :meth:`Path.techniques` explains each. Raises
+        :class:`pathspace.UsageError` for a pixel that the image does not have.
         """
-        x, y = (int(i) for i in pixel)
+        if len(pixel) != 2:
+            raise UsageError(f"pixel is (column, row), not {pixel!r}")
+        x, y = (whole("pixel", one) for one in pixel)
+        n, passes = whole("n", n), whole("passes", passes)
         given = words("paths", "render", render_options() - {"crop"}, options)
         found = _native.sample_paths(self._loaded, [*given, f"--crop={x},{y},{x + 1},{y + 1}"], (x, y), n, passes)
         return [Path(path, self, _view(options), None) for path in found]
@@ -163,12 +173,15 @@ class Scene:
         the delta lobe of the side on which it goes on, as if its directions matched.
 
         ``settings``, or the ``options`` of :meth:`prepare`, say which camera and image size, and which weights are
-        the path's own. Raises :class:`pathspace.UsageError` where there is no surface.
+        the path's own: by default those of ``bdpt``, plain. Raises :class:`pathspace.UsageError` where there is no
+        surface.
         """
         if settings is None:
-            settings = self.prepare(**options)
+            given: Any = {"integrator": "bdpt", "weights": "plain", **options}
+            settings = self.prepare(**given)
         elif options:
             raise TypeError("path() takes settings or options, not both")
+        self._check(settings)
         places = [vector(f"place {i}", point) for i, point in enumerate(points)]
         laid = _native.lay(settings._native, places, None if sky is None else vector("sky", sky))
         return Path(laid, self, settings._view, settings)
@@ -180,6 +193,13 @@ class Scene:
             given = {**view, "integrator": integrator, "weights": "plain"}
             self._named[key] = self.prepare(**given)
         return self._named[key]
+
+    def _check(self, settings: Settings) -> None:
+        """Refuses what was not prepared for this scene."""
+        if not isinstance(settings, Settings):
+            raise TypeError(f"settings come from Scene.prepare, not {settings!r}")
+        if settings._native.hash != self.hash:
+            raise UsageError("the settings are those of another scene")
 
     def __repr__(self) -> str:
         return f"<Scene of {self.triangles} triangles, {len(self.cameras)} cameras, {self.hash[:12]}>"

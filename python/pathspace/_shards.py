@@ -32,8 +32,8 @@ def render_shard(
     ``output``, for :func:`merge`. The options are those of :func:`load` and :meth:`Scene.render`.
 
     A file that is there already is not rendered again, whatever its options were: remove the shards of another render,
-    or name them otherwise. One that was stopped goes on from the checkpoint beside it. Files are complete or missing, so
-    it can be called again wherever it was killed; in its own process, so that nothing else is killed with it.
+    or name them otherwise. One that was stopped goes on from the checkpoint beside it. Files are complete or missing,
+    so it can be called again wherever it was killed; in its own process, so that nothing else is killed with it.
 
     Raises what :meth:`Scene.render` raises, which will recur, and :class:`pathspace.Error` if the process was ended.
     """

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sized
+from operator import index
 from functools import lru_cache
 from numbers import Real
 from typing import Any
@@ -11,10 +12,12 @@ from typing import Any
 import numpy as np
 
 from . import _native
+from ._errors import UsageError
 
 #: Options that say where a program writes or what it shows. From Python, these are methods and arguments.
 _OF_THE_PROGRAM = frozenset(
-    "help output exposure progress display stats checkpoint checkpoint-every shard frames fps quiet verbose json".split()
+    ["help", "output", "exposure", "progress", "display", "stats", "checkpoint", "checkpoint-every", "shard", "frames"]
+    + ["fps", "quiet", "verbose", "json"]
 )
 #: Options that reading a scene takes; all others of ``render`` are for :meth:`Scene.render`.
 _OF_FILES = frozenset("scene variant at animation limit allow-outside ignore-required".split())
@@ -55,7 +58,7 @@ def words(function: str, command: str, allowed: Iterable[str], given: Mapping[st
         if name not in allowed:
             raise TypeError(f"{function}() got an unexpected keyword argument '{name}'")
         option = "--" + name.replace("_", "-")
-        if value is None:
+        if value is None or (isinstance(value, Sized) and not isinstance(value, str) and len(value) == 0):
             continue
         if not takes_value[name]:
             if not isinstance(value, (bool, np.bool_)):
@@ -66,6 +69,23 @@ def words(function: str, command: str, allowed: Iterable[str], given: Mapping[st
         else:
             result.append(f"{option}={_text(name, value)}")
     return result
+
+
+def whole(what: str, value: object) -> int:
+    """A whole number from 0 to 2³² − 1. Raises TypeError for what is no integer."""
+    if isinstance(value, (bool, np.bool_)):
+        raise TypeError(f"{what} is a whole number, not {value!r}")
+    try:
+        number = index(value)  # type: ignore[arg-type]
+    except TypeError:
+        raise TypeError(f"{what} is a whole number, not {value!r}") from None
+    if not 0 <= number < 1 << 32:
+        raise UsageError(f"{what} is at least 0 and below 2³², not {number}")
+    return number
+
+
+#: The most numbers that an option takes as an array: more are an image or a mesh.
+_MOST = 16
 
 
 def _text(name: str, value: object) -> str:
@@ -79,6 +99,8 @@ def _text(name: str, value: object) -> str:
         return str(int(value))
     if isinstance(value, (Real, np.floating)):
         return repr(float(value))
-    if isinstance(value, Iterable):
+    if isinstance(value, Iterable) and not isinstance(value, (bytes, bytearray, np.ndarray)):
+        return ",".join(_text(name, one) for one in value)
+    if isinstance(value, np.ndarray) and value.ndim == 1 and value.size <= _MOST:
         return ",".join(_text(name, one) for one in value)
     raise TypeError(f"{name} is a string, a number or a sequence of them, not {value!r}")

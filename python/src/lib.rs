@@ -8,6 +8,7 @@
 mod by_hand;
 #[path = "../../src/cli/mod.rs"]
 mod cli;
+mod ear;
 mod errors;
 mod options;
 mod path;

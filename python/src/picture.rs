@@ -7,10 +7,7 @@ use pathspace::{
     math::Rgb,
     render::{Rays, Statistics},
 };
-use pyo3::{
-    prelude::*,
-    types::{PyByteArray, PyBytes},
-};
+use pyo3::{prelude::*, types::PyBytes};
 
 use crate::{
     cli::shared::{
@@ -46,14 +43,34 @@ pub fn look_among(packages: PathBuf) {
     denoised::look_among(packages);
 }
 
-/// Bytes that Python may write to.
-fn bytes<'py, const N: usize>(py: Python<'py>, numbers: impl Iterator<Item = [u8; N]>) -> Bound<'py, PyByteArray> {
-    PyByteArray::new(py, &numbers.flatten().collect::<Vec<_>>())
+/// So many numbers as bytes, written to where Python has them.
+///
+/// # Panics
+/// Without memory for them, as [`PyBytes::new`].
+fn bytes<'py, const N: usize>(
+    py: Python<'py>,
+    count: usize,
+    numbers: impl Iterator<Item = [u8; N]>,
+) -> Bound<'py, PyBytes> {
+    let write = |bytes: &mut [u8]| {
+        for (place, number) in bytes.as_chunks_mut::<N>().0.iter_mut().zip(numbers) {
+            *place = number;
+        }
+        Ok(())
+    };
+    PyBytes::new_with(py, N * count, write).expect("memory for an array")
 }
 
 /// Three numbers a pixel.
-pub fn colours<'py>(py: Python<'py>, pixels: &[Rgb]) -> Bound<'py, PyByteArray> {
-    bytes(py, pixels.iter().flat_map(|pixel| pixel.to_array()).map(f32::to_ne_bytes))
+pub fn colours<'py>(py: Python<'py>, pixels: &[Rgb]) -> Bound<'py, PyBytes> {
+    bytes(py, 3 * pixels.len(), pixels.iter().flat_map(|pixel| pixel.to_array()).map(f32::to_ne_bytes))
+}
+
+fn exposed(ev: Option<f32>) -> Result<Exposure, Failure> {
+    match ev {
+        Some(ev) if !ev.is_finite() => Err(Failure::usage(format!("an exposure is a finite number, not {ev}"))),
+        _ => Ok(ev.map_or(Exposure::Auto, Exposure::Ev)),
+    }
 }
 
 #[pymethods]
@@ -71,33 +88,33 @@ impl Picture {
         (x0, y0, x1, y1)
     }
 
-    fn rgb<'py>(&self, py: Python<'py>) -> Bound<'py, PyByteArray> {
+    fn rgb<'py>(&self, py: Python<'py>) -> Bound<'py, PyBytes> {
         colours(py, &self.picture.image.pixels)
     }
 
-    fn alpha<'py>(&self, py: Python<'py>) -> Option<Bound<'py, PyByteArray>> {
+    fn alpha<'py>(&self, py: Python<'py>) -> Option<Bound<'py, PyBytes>> {
         let alpha = self.picture.alpha.as_ref()?;
-        Some(bytes(py, alpha.iter().map(|a| a.to_ne_bytes())))
+        Some(bytes(py, alpha.len(), alpha.iter().map(|a| a.to_ne_bytes())))
     }
 
-    fn halves<'py>(&self, py: Python<'py>) -> Option<[Bound<'py, PyByteArray>; 2]> {
+    fn halves<'py>(&self, py: Python<'py>) -> Option<[Bound<'py, PyBytes>; 2]> {
         let halves = self.halves.as_ref()?;
         Some([0, 1].map(|half: usize| colours(py, &halves.images[half].pixels)))
     }
 
-    fn variance<'py>(&self, py: Python<'py>) -> Option<Bound<'py, PyByteArray>> {
+    fn variance<'py>(&self, py: Python<'py>) -> Option<Bound<'py, PyBytes>> {
         Some(colours(py, &self.halves.as_ref()?.variance))
     }
 
-    fn layers<'py>(&self, py: Python<'py>) -> Vec<(&str, Bound<'py, PyByteArray>)> {
+    fn layers<'py>(&self, py: Python<'py>) -> Vec<(&str, Bound<'py, PyBytes>)> {
         self.picture.layers.iter().map(|(name, image)| (name.as_str(), colours(py, &image.pixels))).collect()
     }
 
     /// (name, NumPy's name of the type, bytes) of each channel.
-    fn data<'py>(&self, py: Python<'py>) -> Vec<(&str, &'static str, Bound<'py, PyByteArray>)> {
+    fn data<'py>(&self, py: Python<'py>) -> Vec<(&str, &'static str, Bound<'py, PyBytes>)> {
         let each = self.picture.data.iter().map(|(name, samples)| match samples {
-            Samples::Float(all) => (name.as_str(), "f4", bytes(py, all.iter().map(|x| x.to_ne_bytes()))),
-            Samples::Integer(all) => (name.as_str(), "u4", bytes(py, all.iter().map(|x| x.to_ne_bytes()))),
+            Samples::Float(all) => (name.as_str(), "f4", bytes(py, all.len(), all.iter().map(|x| x.to_ne_bytes()))),
+            Samples::Integer(all) => (name.as_str(), "u4", bytes(py, all.len(), all.iter().map(|x| x.to_ne_bytes()))),
         });
         each.collect()
     }
@@ -150,12 +167,13 @@ impl Picture {
     #[pyo3(signature = (format, exposure=None))]
     fn encode<'py>(&self, py: Python<'py>, format: &str, exposure: Option<f32>) -> PyResult<Bound<'py, PyBytes>> {
         let encoded = py.detach(|| {
+            let exposure = exposed(exposure)?;
             let format = Format::of(&PathBuf::from(format!("image.{format}")))
                 .map_err(|error| Failure::usage(error.to_string()))?;
             let pictures::Picture { image, alpha, layers, data } = &self.picture;
             let bytes = match format {
                 Format::Exr => encode_exr(image, alpha.as_deref(), layers, data, &self.header),
-                Format::Png => encode_png(image, alpha.as_deref(), exposure.map_or(Exposure::Auto, Exposure::Ev)),
+                Format::Png => encode_png(image, alpha.as_deref(), exposure),
             };
             bytes.map_err(|error| Failure::output(format!("cannot encode the file: {error}")))
         });
@@ -167,7 +185,7 @@ impl Picture {
     fn write(&self, py: Python<'_>, path: PathBuf, exposure: Option<f32>) -> PyResult<()> {
         speaking(py, |terminal| {
             let outputs = Outputs::check(vec![path])?;
-            let exposure = exposure.map_or(Exposure::Auto, Exposure::Ev);
+            let exposure = exposed(exposure)?;
             outputs.write(&self.picture, &self.header, exposure, terminal)
         })
     }

@@ -8,7 +8,7 @@ use pathspace::{
     io::{Limits, read_halves, read_image},
     math::Rgb,
 };
-use pyo3::{exceptions::PyValueError, prelude::*, types::PyByteArray};
+use pyo3::{exceptions::PyValueError, prelude::*, types::PyBytes};
 
 use crate::{
     cli::shared::{denoised::is_denoised, exit::Failure},
@@ -72,11 +72,11 @@ impl Pixels {
         (self.image.height, self.image.width)
     }
 
-    fn rgb<'py>(&self, py: Python<'py>) -> Bound<'py, PyByteArray> {
+    fn rgb<'py>(&self, py: Python<'py>) -> Bound<'py, PyBytes> {
         colours(py, &self.image.pixels)
     }
 
-    fn halves<'py>(&self, py: Python<'py>) -> Option<[Bound<'py, PyByteArray>; 2]> {
+    fn halves<'py>(&self, py: Python<'py>) -> Option<[Bound<'py, PyBytes>; 2]> {
         let halves = self.halves.as_ref()?;
         Some([0, 1].map(|half: usize| colours(py, &halves[half].pixels)))
     }

@@ -1,12 +1,19 @@
 //! A render from Python: the program's, with other eyes on it.
 
 use std::{
+    cell::RefCell,
     ffi::OsString,
+    ops::ControlFlow,
     time::{Duration, Instant},
 };
 
-use pathspace::{denoise::Denoiser, film::Format, io::Loaded, render::Renderer};
-use pyo3::prelude::*;
+use pathspace::{
+    denoise::Denoiser,
+    film::{Exposure, Format, encode_png},
+    io::Loaded,
+    render::Renderer,
+};
+use pyo3::{prelude::*, types::PyBytes};
 
 use crate::{
     cli::{
@@ -29,17 +36,25 @@ use crate::{
             terminal::Terminal,
         },
     },
+    ear::Ear,
     picture::{Halves, Picture},
     scene::Scene,
     talk::speaking,
 };
 
 /// Renders a scene by the options in `words`. `progress` is called now and then with (fraction, samples per pixel,
-/// seconds, noise, line).
+/// seconds, noise, line, picture); the picture is a .png file where it is `live`, and now and then.
 #[pyfunction]
-#[pyo3(signature = (scene, words, progress=None))]
-pub fn render(py: Python<'_>, scene: &Scene, words: Vec<OsString>, progress: Option<Py<PyAny>>) -> PyResult<Picture> {
-    let mut watcher = Watcher { heard: Instant::now(), progress, error: None };
+#[pyo3(signature = (scene, words, progress=None, live=false))]
+pub fn render(
+    py: Python<'_>,
+    scene: &Scene,
+    words: Vec<OsString>,
+    progress: Option<Py<PyAny>>,
+    live: bool,
+) -> PyResult<Picture> {
+    let live = live.then(|| Live { next: Instant::now() });
+    let mut watcher = Watcher { ear: Ear::new(progress), live };
     let rendered = speaking(py, |terminal| {
         let args = scene.render_args(&words)?;
         let denoiser = refuse(&args)?;
@@ -49,10 +64,7 @@ pub fn render(py: Python<'_>, scene: &Scene, words: Vec<OsString>, progress: Opt
         args.data.check(args.part.shard, args.spp, &memory)?;
         run(&scene.loaded, &args, denoiser.as_ref(), &mut watcher, terminal)
     });
-    match watcher.error {
-        Some(error) => Err(error),
-        None => rendered,
-    }
+    watcher.ear.end(rendered)
 }
 
 fn run(
@@ -64,12 +76,14 @@ fn run(
 ) -> Result<Picture, Failure> {
     let pool = args.image.paths.thread_pool()?;
     let opened = Opened::new(loaded.clone(), &args.scene, terminal)?;
-    with_renderer(args, opened, &pool, &mut Phases::start(), terminal, |ready, _| {
+    let watcher = RefCell::new(watcher);
+    let hear = &mut |part| watcher.borrow_mut().hear_of_choice(part);
+    with_renderer(args, opened, &pool, (&mut Phases::start(), hear), terminal, |ready, _| {
         let Ready { job, recorded, mut renderer } = ready;
         let quality = args.noise.map(Quality::new);
-        let ended = pass_loop::run(&mut renderer, &pool, (wanted(args).goal, quality), watcher);
+        let ended = pass_loop::run(&mut renderer, &pool, (wanted(args).goal, quality), *watcher.borrow_mut());
         if let Some(exit) = ended.interrupted {
-            return Err(Failure { exit, sentence: "interrupted".to_owned() });
+            return Err(Failure { exit, ..Failure::interrupted() });
         }
         pass_loop::summarise(&renderer, &ended.moment, terminal);
         warn(black(job, &renderer).as_deref(), &ended, terminal);
@@ -93,39 +107,58 @@ fn halves_of(renderer: &Renderer<'_>) -> Option<Halves> {
     })
 }
 
-/// Python's eyes: signals, and whoever wants to hear how far it is.
+/// Python's eyes.
 struct Watcher {
-    /// When Python was last asked.
-    heard: Instant,
-    progress: Option<Py<PyAny>>,
-    /// What ends the render: KeyboardInterrupt, or what the callback raised.
-    error: Option<PyErr>,
+    ear: Ear,
+    /// Whether it wants to see the image, too.
+    live: Option<Live>,
 }
 
 impl Watcher {
-    /// Between two questions: the interpreter's lock may be another thread's.
-    const WAIT: Duration = Duration::from_millis(50);
-
-    fn ask(&self, moment: &mut dyn FnMut() -> Moment) -> PyResult<()> {
-        Python::attach(|py| {
-            py.check_signals()?;
-            let Some(progress) = &self.progress else { return Ok(()) };
-            let moment = moment();
-            let (spp, seconds) = (moment.passes, moment.elapsed.as_secs_f64());
-            progress.call1(py, (moment.fraction(), spp, seconds, moment.noise, moment.to_string()))?;
-            Ok(())
-        })
+    /// The pilot that chooses an integrator.
+    fn hear_of_choice(&mut self, part: f64) -> ControlFlow<()> {
+        let line = format!("choosing an integrator, {:.0} %", 100.0 * part);
+        self.ear.hear(|_| (0.0, 0, 0.0, None::<f64>, line, None::<Py<PyBytes>>))
     }
 }
 
 impl Watch for Watcher {
-    fn after_pass(&mut self, _: &Renderer<'_>, next: Next, moment: &mut dyn FnMut() -> Moment) -> Option<Exit> {
-        let is_last = next == Next::Nothing && self.progress.is_some();
-        if !is_last && self.heard.elapsed() < Self::WAIT {
+    fn after_pass(&mut self, renderer: &Renderer<'_>, next: Next, moment: &mut dyn FnMut() -> Moment) -> Option<Exit> {
+        let Self { ear, live } = self;
+        let is_last = next == Next::Nothing;
+        let picture = live.as_mut().and_then(|live| live.picture(renderer, is_last));
+        let told = |py: Python<'_>| {
+            let moment = moment();
+            let picture = picture.as_ref().map(|png| PyBytes::new(py, png).unbind());
+            let (spp, seconds) = (moment.passes, moment.elapsed.as_secs_f64());
+            let fraction = if is_last { 1.0 } else { moment.fraction() };
+            (fraction, spp, seconds, moment.noise, moment.to_string(), picture)
+        };
+        let now = picture.is_some() || (is_last && ear.is_listening());
+        let flow = if now { ear.hear_now(told) } else { ear.hear(told) };
+        flow.is_break().then_some(Exit::Interrupted)
+    }
+}
+
+/// The image as it comes, as .png files: one about each second, and less often where they take longer.
+struct Live {
+    next: Instant,
+}
+
+impl Live {
+    const WAIT: Duration = Duration::from_secs(1);
+    /// So much longer than it took to make one is the time to the next.
+    const PAUSE: u32 = 20;
+
+    fn picture(&mut self, renderer: &Renderer<'_>, is_last: bool) -> Option<Vec<u8>> {
+        let start = Instant::now();
+        // The last one is what the call returns.
+        if is_last || start < self.next {
             return None;
         }
-        self.error = self.ask(moment).err();
-        self.heard = Instant::now();
-        self.error.as_ref().map(|_| Exit::Interrupted)
+        let image = renderer.film().image(renderer.passes());
+        let png = encode_png(&image, renderer.alpha().as_deref(), Exposure::Auto).ok();
+        self.next = Instant::now() + Self::WAIT.max(Self::PAUSE * start.elapsed());
+        png
     }
 }

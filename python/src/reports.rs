@@ -1,10 +1,6 @@
 //! The reports of the command line: verify and converge, as JSON and files in memory.
 
-use std::{
-    ffi::OsString,
-    ops::ControlFlow,
-    time::{Duration, Instant},
-};
+use std::ffi::OsString;
 
 use pathspace::{
     converge::{Stage, converge as measure},
@@ -19,37 +15,11 @@ use crate::{
         shared::{exit::Failure, listening::listening, opened::Opened},
         verify::{self as verifying, json},
     },
+    ear::Ear,
     options::parsed,
     scene::Scene,
     talk::speaking,
 };
-
-/// Whoever wants to hear how far it is, as (fraction, what is done), and signals.
-struct Ear {
-    asked: Instant,
-    progress: Option<Py<PyAny>>,
-    error: Option<PyErr>,
-}
-
-impl Ear {
-    const WAIT: Duration = Duration::from_millis(50);
-
-    fn new(progress: Option<Py<PyAny>>) -> Self {
-        Self { asked: Instant::now(), progress, error: None }
-    }
-
-    fn hear(&mut self, fraction: f64, what: &str) -> ControlFlow<()> {
-        if self.error.is_none() && self.asked.elapsed() >= Self::WAIT {
-            self.asked = Instant::now();
-            self.error = Python::attach(|py| {
-                py.check_signals()?;
-                self.progress.as_ref().map(|progress| progress.call1(py, (fraction, what))).transpose()
-            })
-            .err();
-        }
-        if self.error.is_some() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
-    }
-}
 
 /// What was found as JSON, and the files of the command line's folder by name.
 type Verified = (String, Vec<(String, Vec<u8>)>);
@@ -66,15 +36,15 @@ pub fn verify(py: Python<'_>, scene: &Scene, words: Vec<OsString>, progress: Opt
         let plan = verifying::plan(&args)?;
         let pool = args.paths.thread_pool()?;
         let opened = Opened::new(scene.loaded.clone(), &args.scene, terminal)?;
-        let (job, seen) = verifying::prepared(&args, plan, opened, terminal)?;
-        let hear = |part| ear.hear(part, "comparing");
+        let (job, seen) = verifying::prepared(&args, plan, opened, &pool, terminal)?;
+        let hear = |part| ear.hear(|_| (part, "comparing"));
         let report = listening(&pool, |say| judge(&seen, &job.plan, say), hear);
         let answer = json::describe(&job, &report);
         let files = verifying::files(&job, &report, &answer);
         let files = files.map_err(|error| Failure::output(format!("cannot encode the files: {error}")))?;
         Ok((answer.to_string(), files))
     });
-    ear.error.map_or(verified, Err)
+    ear.end(verified)
 }
 
 /// The numbers as JSON, the page and the table as the command line writes them.
@@ -101,9 +71,9 @@ pub fn converge(
         let pool = args.paths.thread_pool()?;
         let given = converging::given(&args)?;
         let opened = Opened::new(scene.loaded.clone(), &args.scene, terminal)?;
-        let seen = converging::seen(&args, given.as_ref(), opened, terminal)?;
+        let seen = converging::seen(&args, given.as_ref(), opened, &pool, terminal)?;
         let plan = converging::plan(&args);
-        let hear = |stage: Stage| ear.hear(stage.part, stage.what);
+        let hear = |stage: Stage| ear.hear(|_| (stage.part, stage.what));
         let report = listening(&pool, |say| measure(&seen.scene, &plan, given, say), hear);
         let report = report.map_err(|error| Failure::usage(error.to_string()))?;
         let facts = seen.facts((title, command), &args, &plan, &pool);
@@ -112,5 +82,5 @@ pub fn converge(
         let html = html.map_err(|error| Failure::output(format!("cannot encode the page: {error}")))?;
         Ok((json.to_string(), html, page::csv(&report)))
     });
-    ear.error.map_or(converged, Err)
+    ear.end(converged)
 }

@@ -1,10 +1,6 @@
 //! A render that is prepared and not begun: its scene with the camera, and its table of techniques.
 
-use std::{
-    ffi::OsString,
-    sync::Arc,
-    time::{Duration, Instant},
-};
+use std::{cell::RefCell, ffi::OsString, ops::ControlFlow, sync::Arc};
 
 use pathspace::{
     film::Crop,
@@ -16,15 +12,14 @@ use pathspace::{
     scene::{self, camera::Raster, point::Point},
 };
 use pyo3::prelude::*;
+use rayon::ThreadPool;
 
 use crate::{
     cli::{
         render::{Ready, args::RenderArgs, refuse, stats::Phases, with_renderer},
-        shared::{
-            exit::{Exit, Failure},
-            opened::Opened,
-        },
+        shared::{exit::Failure, opened::Opened},
     },
+    ear::Ear,
     path::{Found, Path},
     scene::Scene,
     talk::speaking,
@@ -36,6 +31,8 @@ pub struct Settings {
     pub scene: Arc<scene::Scene>,
     /// With the radius that merges have in the first pass.
     pub integrator: Integrator,
+    /// Of the file's bytes.
+    hash: String,
     words: Vec<OsString>,
 }
 
@@ -45,6 +42,12 @@ impl Settings {
     #[getter]
     fn words(&self) -> Vec<OsString> {
         self.words.clone()
+    }
+
+    /// The scene's hash.
+    #[getter]
+    fn hash(&self) -> &str {
+        &self.hash
     }
 
     /// (width, height) in pixels.
@@ -58,21 +61,24 @@ impl Settings {
 /// Prepares a render by the options in `words`.
 #[pyfunction]
 pub fn prepare(py: Python<'_>, scene: &Scene, words: Vec<OsString>) -> PyResult<Settings> {
-    speaking(py, |terminal| {
+    let mut ear = Ear::of_signals();
+    let prepared = speaking(py, |terminal| {
         let args = scene.render_args(&words)?;
         refuse(&args)?;
         let pool = args.image.paths.thread_pool()?;
         let opened = Opened::new(scene.loaded.clone(), &args.scene, terminal)?;
-        with_renderer(&args, opened, &pool, &mut Phases::start(), terminal, |ready, _| {
+        let hear = &mut |_| ear.hear(|_| ());
+        with_renderer(&args, opened, &pool, (&mut Phases::start(), hear), terminal, |ready, _| {
             let Ready { job, renderer, .. } = ready;
             let integrator = renderer.integrator().clone();
             let integrator = match job.merging {
                 Some(radius) => integrator.merging_within(radius.of_pass(0)),
                 None => integrator,
             };
-            Ok(Settings { scene: Arc::new(job.scene.clone()), integrator, words })
+            Ok(Settings { scene: Arc::new(job.scene.clone()), integrator, hash: job.scene_hash.clone(), words })
         })
-    })
+    });
+    ear.end(prepared)
 }
 
 /// The first `count` paths that a render by the options in `words` brings to a pixel, fewer if `passes` have no more.
@@ -85,17 +91,19 @@ pub fn sample_paths(
     count: usize,
     passes: u32,
 ) -> PyResult<Vec<Path>> {
-    let mut interrupted = None;
+    let mut ear = Ear::of_signals();
     let found = speaking(py, |terminal| {
         let args = scene.render_args(&words)?;
         refuse(&args)?;
         let pool = args.image.paths.thread_pool()?;
         let opened = Opened::new(scene.loaded.clone(), &args.scene, terminal)?;
-        with_renderer(&args, opened, &pool, &mut Phases::start(), terminal, |ready, _| {
-            pool.install(|| find(ready, &args, Wanted { pixel, count, passes }, &mut interrupted))
+        let ear = RefCell::new(&mut ear);
+        let hear = || ear.borrow_mut().hear(|_| ());
+        with_renderer(&args, opened, &pool, (&mut Phases::start(), &mut |_| hear()), terminal, |ready, _| {
+            find(ready, &args, &pool, Wanted { pixel, count, passes }, hear)
         })
     });
-    interrupted.map_or(found, Err)
+    ear.end(found)
 }
 
 /// Which paths are looked for.
@@ -105,11 +113,13 @@ struct Wanted {
     passes: u32,
 }
 
+/// On this thread but for the passes, since `hear` has to be called here.
 fn find(
     ready: Ready<'_>,
     args: &RenderArgs,
+    pool: &ThreadPool,
     wanted: Wanted,
-    interrupted: &mut Option<PyErr>,
+    hear: impl Fn() -> ControlFlow<()>,
 ) -> Result<Vec<Path>, Failure> {
     let Ready { job, mut renderer, .. } = ready;
     let (x, y) = wanted.pixel;
@@ -117,20 +127,15 @@ fn find(
     let kept = args.image.kept(job.scene)?.map(|(_, classes)| classes);
     let scene = Arc::new(job.scene.clone());
     let mut paths = Vec::new();
-    let mut asked = Instant::now();
     while paths.len() < wanted.count && renderer.passes() < wanted.passes {
         let room = wanted.count - paths.len();
         let finder = || Finder { scene: job.scene, pixel, kept: kept.as_ref(), room, found: Vec::new() };
-        let finders = renderer.pass_into(finder);
+        let finders = pool.install(|| renderer.pass_into(finder));
         let integrator = Arc::new(renderer.integrator().clone());
         let found = finders.into_iter().flat_map(|finder| finder.found).take(room);
         paths.extend(found.map(|seen| seen.owned(&scene, &integrator)));
-        if asked.elapsed() > Duration::from_millis(50) {
-            asked = Instant::now();
-            if let Err(error) = Python::attach(|py| py.check_signals()) {
-                *interrupted = Some(error);
-                return Err(Failure { exit: Exit::Interrupted, sentence: "interrupted".to_owned() });
-            }
+        if hear().is_break() {
+            return Err(Failure::interrupted());
         }
     }
     Ok(paths)

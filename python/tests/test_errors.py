@@ -74,6 +74,8 @@ def test_wrong_types(cornell: ps.Scene) -> None:
         untyped.render("bdpt")
     with pytest.raises(TypeError, match="progress"):
         untyped.render(progress=3)
+    with pytest.raises(TypeError, match="env is a string"):
+        untyped.render(env=b"missing.hdr")
     load: Any = ps.load
     with pytest.raises(TypeError):
         load(None)
@@ -85,6 +87,8 @@ def test_places_where_nothing_can_be_written(cornell: ps.Scene, tmp_path: Path) 
         image.save(tmp_path / "no-such-folder" / "image.exr")
     with pytest.raises(ps.UsageError, match="image.tiff"):
         image.save(tmp_path / "image.tiff")
+    with pytest.raises(ps.UsageError, match="finite"):
+        image.save(tmp_path / "image.png", exposure=float("nan"))
 
 
 def test_warnings_are_warnings(cornell: ps.Scene) -> None:
@@ -94,12 +98,15 @@ def test_warnings_are_warnings(cornell: ps.Scene) -> None:
 
 
 RENDERS_LONG = """
+import signal
 import sys
 import pathspace as ps
+# A shell that starts the tests in the background has them ignore it.
+signal.signal(signal.SIGINT, signal.default_int_handler)
 scene = ps.load(sys.argv[1])
 print("ready", flush=True)
 try:
-    scene.render(integrator="bdpt", width=64, time="60s")
+    scene.CALL
 except KeyboardInterrupt:
     print("interrupted", flush=True)
     # Nothing of the render is left to hinder the next one.
@@ -107,8 +114,19 @@ except KeyboardInterrupt:
 """
 
 
-def test_ctrl_c_ends_a_render() -> None:
-    command = [sys.executable, "-c", RENDERS_LONG, str(SCENES / "cornell-spheres.glb")]
+@pytest.mark.parametrize(
+    "call",
+    [
+        'render(integrator="bdpt", width=64, time="60s")',
+        # No path arrives at the first pixel of an image that is black there.
+        'paths((0, 0), 10**9, passes=10**7, width=64, integrator="bdpt")',
+        # A pilot that takes its time.
+        'prepare(width=2048, max_depth=250, roulette="off")',
+    ],
+)
+def test_ctrl_c_ends_it(call: str) -> None:
+    source = RENDERS_LONG.replace("CALL", call)
+    command = [sys.executable, "-c", source, str(SCENES / "cornell-spheres.glb")]
     with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as process:
         assert process.stdout is not None
         assert process.stdout.readline() == "ready\n"

@@ -89,9 +89,12 @@ def test_open_job_description(how: str, single: bytes, tmp_path: Path) -> None:
     openjd = Path(sys.executable).with_name("openjd")
     template = str(ROOT / "cluster" / "openjd" / "pathspace.yaml")
     assert run([str(openjd)], "check", template).returncode == 0
-    image, parts = tmp_path / "image.exr", tmp_path / "parts"
-    options = " ".join([*OPTIONS, "--checkpoint-every", "0.01"])
-    given = dict(Scene=CORNELL, Output=image, Parts=parts, Shards=3, Options=options, Pathspace=wheel_program()[0])
+    image, parts = tmp_path / "the image.exr", tmp_path / "its parts, and what's there (now)"
+    # What a shell would take for its own is quoted.
+    options = " ".join([*OPTIONS, "--checkpoint-every", "0.01", "--seed", "'0'"])
+    scene = tmp_path / "it's a scene.glb"
+    scene.symlink_to(CORNELL)
+    given = dict(Scene=scene, Output=image, Parts=parts, Shards=3, Options=options, Pathspace=wheel_program()[0])
     command = [str(openjd), "run", template, *(w for name, value in given.items() for w in ("-p", f"{name}={value}"))]
     with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True) as job:
         renderer = first_renderer(parts)

@@ -12,6 +12,34 @@ from nbclient import NotebookClient
 EXAMPLES = Path(__file__).resolve().parents[1] / "examples"
 
 
+SHOWS_PROGRESS = """
+import pathspace as ps
+image = ps.load("../../scenes/cornell-spheres.glb").render(integrator="bdpt", width=64, time="3s", progress=True)
+"""
+
+
+@pytest.mark.filterwarnings("ignore")
+def test_a_render_is_seen_as_it_comes() -> None:
+    """In a notebook, progress=True shows a bar, and the image about each second until the call returns it."""
+    made: Any = nbformat.v4
+    notebook = made.new_notebook(cells=[made.new_code_cell(SHOWS_PROGRESS)])
+    seen = []
+
+    class Client(NotebookClient):
+        def process_message(self, message: Any, *more: Any) -> Any:
+            if message["header"]["msg_type"] in ("display_data", "update_display_data"):
+                seen.append(message["content"]["data"])
+            return super().process_message(message, *more)
+
+    Client(notebook, timeout=60, resources={"metadata": {"path": str(EXAMPLES)}}).execute()
+    pictures = {data["image/png"] for data in seen if "image/png" in data}
+    bars = [data["text/html"] for data in seen if "text/html" in data]
+    assert len(pictures) >= 2, "the image has changed"
+    assert "<progress" in bars[0] and 'value="1.0000"' in bars[-1] and " spp" in bars[-1]
+    shown = [output["data"] for output in notebook.cells[0].outputs]
+    assert len(shown) == 2 and not any("image/png" in data for data in shown), "and is gone at the end"
+
+
 @pytest.mark.filterwarnings("ignore")
 def test_the_lecture() -> None:
     read: Any = nbformat.read

@@ -168,8 +168,9 @@ def test_a_path_by_hand() -> None:
         assert table.dtype == ps.TECHNIQUES
         assert table["w"].sum() == pytest.approx(1.0, abs=1e-6)
         assert [tuple(x) for x in table[["s", "t"]][:3]] == [(0, 3), (1, 2), (2, 1)]
-    # The power heuristic, from n and p.
+    # The power heuristic, from n and p; without another word the path's own weights are these.
     table = path.techniques("bdpt")
+    np.testing.assert_array_equal(path.techniques()["w"], table["w"])
     squares = (table["n"] * table["p"]) ** 2
     np.testing.assert_allclose(table["w"], squares / squares.sum(), rtol=1e-5)
     assert path.weight((2, 1), "path") == 0.0
@@ -222,8 +223,26 @@ def test_what_is_no_path() -> None:
         path.pdf((3, 3))
     with pytest.raises(ps.UsageError, match="a technique is"):
         path.pdf("bdpt")  # type: ignore[arg-type]
-    with pytest.raises(ps.UsageError, match="between its ends"):
-        path.pdf(ps.Merge(2))
+    for at in 0, 2, 99:
+        with pytest.raises(ps.UsageError, match="between its ends"):
+            path.pdf(ps.Merge(at))
+    with pytest.raises(IndexError):
+        path.geometry_term(-1)
+    untyped: Any = ps
+    techniques: Any = (("1", "2"), untyped.Merge(1.0))
+    for technique in techniques:
+        with pytest.raises(TypeError, match="whole number"):
+            path.pdf(technique)
+    other = ps.Scene([ps.Mesh([(-4, 0, -4), (0, 0, 4), (4, 0, -4)])]).prepare(integrator="path")
+    for ask in (lambda: path.techniques(other), lambda: scene.path([(0, 0, 0)], settings=other)):
+        with pytest.raises(ps.UsageError, match="another scene"):
+            ask()
+    with pytest.raises(ps.UsageError, match="reaches beyond the image of 32"):
+        scene.paths((32, 0), width=32)
+    with pytest.raises(ps.UsageError, match="pixel is at least 0"):
+        scene.paths((-1, 0))
+    with pytest.raises(TypeError, match="pixel is a whole number"):
+        scene.paths((1.5, 0))  # type: ignore[arg-type]
     with pytest.raises(TypeError, match="settings come from"):
         path.techniques(3)  # type: ignore[arg-type]
     with pytest.raises(ps.UsageError, match="invalid value 'nosuch'"):

@@ -3,6 +3,9 @@
 from __future__ import annotations
 
 import logging
+import os
+import subprocess
+import sys
 import threading
 from pathlib import Path
 from typing import Any
@@ -130,6 +133,43 @@ def test_progress_is_told_and_may_end_a_render(cornell: ps.Scene, capsys: pytest
 
     with pytest.raises(RuntimeError, match="enough after"):
         cornell.render(width=64, time="20s", progress=enough)
+
+
+def test_the_pilot_is_told_of(cornell: ps.Scene) -> None:
+    """Before the first pass, too, there is something to hear, and a way to end it."""
+    moments: list[ps.Progress] = []
+
+    def once(moment: ps.Progress) -> None:
+        moments.append(moment)
+        raise RuntimeError("enough")
+
+    with pytest.raises(RuntimeError, match="enough"):
+        cornell.render(width=2048, max_depth=200, roulette="off", progress=once)
+    (moment,) = moments
+    assert (moment.fraction, moment.spp) == (0.0, 0) and moment.line.startswith("choosing an integrator")
+
+
+FORKS = """
+import os, signal, sys
+import pathspace as ps
+scene = ps.load(sys.argv[1])
+scene.render(width=16, spp=1).save(sys.argv[2])
+child = os.fork()
+if child == 0:
+    signal.alarm(60)
+    scene.render(width=16, spp=1).save(sys.argv[3])
+    os._exit(0)
+sys.exit(os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]))
+"""
+
+
+@pytest.mark.skipif(not hasattr(os, "fork"), reason="no fork")
+def test_a_forked_process_renders(tmp_path: Path) -> None:
+    """Threads do not survive a fork: what a render leaves behind must not need them."""
+    files = [str(tmp_path / name) for name in ("parent.exr", "child.exr")]
+    command = [sys.executable, "-W", "ignore", "-c", FORKS, str(SCENES / "cornell-spheres.glb"), *files]
+    assert subprocess.run(command, timeout=120).returncode == 0
+    assert len({Path(file).read_bytes() for file in files}) == 1
 
 
 def test_two_threads_render_at_once(cornell: ps.Scene) -> None:

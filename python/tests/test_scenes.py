@@ -12,6 +12,9 @@ from conftest import program, run
 
 import pathspace as ps
 
+#: For arguments that a type checker would refuse.
+UNTYPED: Any = ps
+
 TRIANGLE = np.array([[-1.0, 0.0, -1.0], [0.0, 0.0, 1.0], [1.0, 0.0, -1.0]])
 
 
@@ -61,6 +64,14 @@ def test_materials_are_what_they_say() -> None:
         ps.Scene([ps.Mesh(TRIANGLE, material=glass)])
 
 
+def test_numbers_may_be_numpys() -> None:
+    one: Any = np.float32(1.0)
+    true: Any = np.True_
+    material = ps.Material(one / 2, metallic=one, roughness=one / 4, double_sided=true)
+    camera = ps.Camera((0, 2, 0.001), (0, 0, 0), yfov=45 * one, aspect=2 * one)
+    assert ps.Scene([ps.Mesh(TRIANGLE, np.arange(3, dtype=np.uint8)[None], material)], camera=camera).triangles == 1
+
+
 def test_shading_normals_count() -> None:
     camera = ps.Camera((0, 1, 0), (0, 0, 0), up=(0, 0, -1), yfov=0.5)
 
@@ -107,6 +118,16 @@ def test_the_file_renders_alike_by_the_program(tmp_path: Path) -> None:
         ({"positions": TRIANGLE, "material": ps.Material(emission=-1.0)}, ps.UsageError, "emission has negative"),
         ({"positions": TRIANGLE, "material": ps.Material(roughness=math.nan)}, ps.UsageError, "not finite"),
         ({"positions": TRIANGLE, "material": "glass"}, TypeError, "its material is a Material"),
+        ({"positions": TRIANGLE, "triangles": []}, ps.UsageError, r"triangles has the shape \(0,\)"),
+        ({"positions": TRIANGLE, "triangles": [[0, 1, 2], [0, 1]]}, TypeError, "triangles is no array of numbers"),
+        ({"positions": TRIANGLE * 1j}, TypeError, "positions is no array of numbers, but of complex128"),
+        ({"positions": np.ma.masked_less(TRIANGLE, 0.0)}, TypeError, "masked"),
+        ({"positions": TRIANGLE, "material": UNTYPED.Material("red")}, TypeError, "base_color is no array of numbers"),
+        ({"positions": TRIANGLE, "material": UNTYPED.Material(metallic="1")}, TypeError, "metallic is a number, not"),
+        ({"positions": TRIANGLE, "material": ps.Material(transmission=1.5)}, ps.UsageError, "between 0 and 1, not 1.5"),
+        ({"positions": TRIANGLE, "material": ps.Material(ior=0.5)}, ps.UsageError, "ior is at least 1"),
+        ({"positions": TRIANGLE, "material": UNTYPED.Material(double_sided=1)}, TypeError, "double_sided is True or"),
+        ({"positions": TRIANGLE * 1e38}, ps.UsageError, "the arrays make no scene: "),
     ],
 )
 def test_arrays_that_make_no_scene(arguments: dict[str, Any], error: type[Exception], said: str) -> None:
@@ -120,11 +141,16 @@ def test_what_else_makes_no_scene() -> None:
         (ps.PointLamp((0, 0), 1.0), ps.UsageError, "lamp 0: position has the shape"),
         (ps.Sun((0, 0, 0), 1.0), ps.UsageError, "has no direction"),
         ("sun", TypeError, "a lamp is"),
+        (UNTYPED.PointLamp((0, 1, 0), "bright"), TypeError, "lamp 0: intensity is no array of numbers"),
+        (ps.SpotLamp((0, 1, 0), (0, -1, 0), 1.0, inner=50, outer=20), ps.UsageError, "0 ≤ inner ≤ outer ≤ 90"),
     ):
         with pytest.raises(error, match=said):
             ps.Scene([mesh], lamps=[lamp])  # type: ignore[list-item]
     with pytest.raises(ps.UsageError, match="along its up direction"):
         ps.Scene([mesh], camera=ps.Camera((0, 1, 0), (0, 0, 0)))
+    for view, said in (({"yfov": 0.0}, "yfov is above 0"), ({"aspect": -1.0}, "aspect is above 0")):
+        with pytest.raises(ps.UsageError, match=said):
+            ps.Scene([mesh], camera=ps.Camera((0, 1, 0), (0, 0, 1), **view))
     with pytest.raises(ps.UsageError, match="nothing in the scene"):
         ps.Scene([])
     with pytest.raises(TypeError, match="made of Mesh"):

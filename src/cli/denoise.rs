@@ -29,7 +29,7 @@ pub struct DenoiseArgs {
     #[arg(short, long, value_name = "OUT", required = true)]
     output: Vec<PathBuf>,
 
-    /// Take albedo and normals from this .exr file of the same size, instead of IN
+    /// Take albedo and normals from this .exr file of the same pixels, instead of IN
     #[arg(long, value_name = "FILE")]
     guides: Option<PathBuf>,
 
@@ -103,6 +103,12 @@ fn guides_of(path: &Path, image: &Layered) -> Result<Guides, Failure> {
     let name = path.display();
     if (w, h) != (x, y) {
         return Err(Failure::input(format!("'{name}' has {w} × {h} pixels and the image {x} × {y}")));
+    }
+    let [from, to] = [&file, image].map(Layered::corner);
+    if from != to {
+        return Err(Failure::input(format!(
+            "'{name}' is another crop: its first pixel is {from:?}, that of the image {to:?}"
+        )));
     }
     let none = || Failure::input(format!("'{name}' has no albedo: render it with --data albedo,normals"));
     guides(path, &file)?.ok_or_else(none)

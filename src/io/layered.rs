@@ -8,7 +8,7 @@ use exr::{
         attribute::{AttributeValue, Text},
         header::Header,
     },
-    prelude::{Blocks, Compression, LineOrder, MetaData, ReadChannels, ReadLayers, read},
+    prelude::{Blocks, Compression, LineOrder, MetaData, ReadChannels, ReadLayers, Vec2, read},
 };
 
 use super::{
@@ -106,6 +106,12 @@ impl Layered {
     /// R, G and B.
     pub fn rgb(&self) -> &Image {
         &self.rgb
+    }
+
+    /// Column and row of its first pixel: where a crop is in its image.
+    pub fn corner(&self) -> (i32, i32) {
+        let Vec2(x, y) = self.file.layer_data.attributes.layer_position;
+        (x, y)
     }
 
     /// The channel A, if there is one.

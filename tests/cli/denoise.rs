@@ -124,6 +124,7 @@ fn what_does_not_go_together_is_refused() {
     refused(&render(&["--denoise", "--shard", "1/2"]), 2, "pathspace denoise");
     refused(&render(&["--denoise", "--layer", "noisy=CL"]), 2, "another name");
     run.image("small.exr", &["-q", "-i", "path", "--spp", "1", "--crop", "0,0,4,5", "--data", "albedo"]);
+    run.image("beside.exr", &["-q", "-i", "path", "--spp", "1", "--crop", "4,0,8,5", "--data", "albedo"]);
     run.image("part.exr", &["-q", "-i", "path", "--spp", "2", "--shard", "1/2"]);
     run.image("in.exr", &["-q", "-i", "path", "--spp", "2", "--layer", "caustics=CL"]);
     run.image("layer.exr", &["-q", "-i", "path", "--spp", "1", "--layer", "noisy=CL"]);
@@ -137,6 +138,7 @@ fn what_does_not_go_together_is_refused() {
         (&["done.exr"], 3, "denoised already"),
         (&["layer.exr"], 3, "has a layer noisy"),
         (&["in.exr", "--guides", "small.exr"], 3, "has 4 × 5 pixels"),
+        (&["beside.exr", "--guides", "small.exr"], 3, "its first pixel is (0, 0), that of the image (4, 0)"),
         (&["in.exr", "--guides", "layer.exr"], 3, "no albedo"),
         (&["in.exr", "-o", "out.jpg"], 2, ".exr or .png"),
         (&["in.exr", "-o", "no/out.exr"], 4, "no folder"),

@@ -90,7 +90,7 @@ pub fn run(args: &ConvergeArgs) -> Result<Exit, Failure> {
     let given = given(args)?;
 
     let opened = Opened::read(&args.scene, terminal)?;
-    let seen = seen(args, given.as_ref(), opened, terminal)?;
+    let seen = seen(args, given.as_ref(), opened, &pool, terminal)?;
     let plan = plan(args);
     let mut progress = Progress::new(Style::Auto, terminal);
     interrupt.spare(terminal);
@@ -154,11 +154,17 @@ impl Seen {
 }
 
 /// The scene as the options show it.
-pub fn seen(args: &ConvergeArgs, given: Option<&Image>, opened: Opened, terminal: Terminal) -> Result<Seen, Failure> {
+pub fn seen(
+    args: &ConvergeArgs,
+    given: Option<&Image>,
+    opened: Opened,
+    pool: &ThreadPool,
+    terminal: Terminal,
+) -> Result<Seen, Failure> {
     let sensor = camera::sensor(&args.size, DEFAULT_WIDTH, 0, &opened.view);
     check_sizes(args, given, sensor)?;
     let scene_hash = opened.loaded.hash.clone();
-    let (scene, environment) = opened.into_scene(&args.scene, sensor, terminal)?;
+    let (scene, environment) = opened.into_scene(&args.scene, sensor, pool, terminal)?;
     let lights = args.paths.lights.unwrap_or_else(|| scene.lights().suitable_choice());
     Ok(Seen { scene: scene.choosing_lights(lights), scene_hash, environment, lights })
 }

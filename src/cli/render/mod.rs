@@ -14,11 +14,12 @@ mod viewer;
 
 use std::{
     collections::{BTreeMap, BTreeSet},
-    ops::Range,
+    ops::{ControlFlow, Range},
     path::{Path, PathBuf},
 };
 
 use pathspace::{
+    choice::Say,
     denoise::Denoiser,
     film::{AlphaSums, Contents, Crop, DENOISED, Film, Format},
     io::{Limits, read_attributes},
@@ -47,6 +48,7 @@ use crate::cli::{
         header::{self, CHOICE, Job},
         image::{DEFAULT_SPP, DEFAULT_WIDTH, check_light_samples, check_light_subpaths},
         interrupt::Interrupt,
+        listening::listening,
         opened::{self, Opened},
         pictures::Outputs,
         progress::{Goal, MOST_PASSES, Moment, Progress},
@@ -92,7 +94,8 @@ fn image(
     let loaded = opened::load_after(&args.scene, said, terminal)?;
     let opened = Opened::new(loaded, &args.scene, terminal)?;
     phases.end("read");
-    with_renderer(args, opened, pool, &mut phases, terminal, |ready, phases| {
+    let go_on = &mut |_| ControlFlow::Continue(());
+    with_renderer(args, opened, pool, (&mut phases, go_on), terminal, |ready, phases| {
         let Ready { job, recorded, mut renderer } = ready;
         let Wanted { goal, whole, .. } = wanted(args);
         if let Some(file) = finished(args, &outputs, (job, recorded), &renderer) {
@@ -133,12 +136,13 @@ pub struct Ready<'a> {
     pub renderer: Renderer<'a>,
 }
 
-/// Makes what renders of a scene and the options, and hands it to `then`: it borrows from what is made here.
+/// Makes what renders of a scene and the options, and hands it to `then`: it borrows from what is made here. `hear` is
+/// told on this thread how far a pilot is, and may end it.
 pub fn with_renderer<R>(
     args: &RenderArgs,
     mut opened: Opened,
     pool: &ThreadPool,
-    phases: &mut Phases,
+    (phases, hear): (&mut Phases, &mut Say<'_>),
     terminal: Terminal,
     then: impl FnOnce(Ready<'_>, &mut Phases) -> Result<R, Failure>,
 ) -> Result<R, Failure> {
@@ -153,13 +157,13 @@ pub fn with_renderer<R>(
     announced.into_iter().for_each(|samples| opened.loaded.geometry.set_effort_for(samples));
     let (view, scene_hash) = (opened.view.clone(), opened.loaded.hash.clone());
     let (shown, variant, at) = (opened.shown, opened.loaded.summary.variant, opened.at.clone());
-    let (scene, environment) = opened.into_scene(&args.scene, sensor, terminal)?;
+    let (scene, environment) = opened.into_scene(&args.scene, sensor, pool, terminal)?;
     let lights = args.image.paths.lights.unwrap_or_else(|| candidates[0].integrator.choice_among(scene.lights()));
     let mut scene = scene.choosing_lights(lights);
     check_light_samples(&scene, &settings)?;
     let kept = args.image.kept(&scene)?;
     let task = Task { image: &args.image, candidates, crop, hash: &scene_hash, of_image, kept: kept.as_ref() };
-    let Chosen { settings, reason, estimates } = pool.install(|| task.choose(&mut scene, terminal))?;
+    let Chosen { settings, reason, estimates } = listening(pool, |say| task.choose(&mut scene, terminal, say), hear)?;
     phases.end("choose");
     let keep = |path: &JoinedPath| kept.as_ref().is_none_or(|(_, kept)| kept.holds(&scene, path));
     let paths = kept.as_ref().map(|(text, _)| text.clone());

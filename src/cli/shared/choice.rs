@@ -3,7 +3,7 @@
 use std::{fs, io, path::Path};
 
 use pathspace::{
-    choice::{Candidate, Estimate, choose},
+    choice::{Candidate, Estimate, Say, choose},
     film::{Crop, write_atomically},
     integrator::Integrator,
     layers::PathClasses,
@@ -39,7 +39,8 @@ pub struct Task<'a> {
 
 impl Task<'_> {
     /// Asks the pilot, or the file that has its answer, where there are several candidates.
-    pub fn choose(&self, scene: &mut Scene, terminal: Terminal) -> Result<Chosen, Failure> {
+    /// `say` hears how far the pilot is, and may end it.
+    pub fn choose(&self, scene: &mut Scene, terminal: Terminal, say: &mut Say<'_>) -> Result<Chosen, Failure> {
         let settings = |candidate: Candidate| self.image.settings(candidate, self.crop);
         if let [only] = self.candidates[..] {
             return Ok(Chosen { settings: settings(only)?, reason: None, estimates: Vec::new() });
@@ -58,7 +59,7 @@ impl Task<'_> {
         }
         let (chosen, reason, estimates) = match &candidates[..] {
             [only] => (Candidate::of(only), "no other fits into memory".to_owned(), Vec::new()),
-            _ => self.ask_pilot(scene, &candidates),
+            _ => self.ask_pilot(scene, &candidates, say).ok_or_else(Failure::interrupted)?,
         };
         if let Some(file) = file {
             self.write(file, chosen, &reason, &estimates)?;
@@ -67,10 +68,15 @@ impl Task<'_> {
         Ok(Chosen { settings: settings(chosen)?, reason: Some(reason), estimates })
     }
 
-    fn ask_pilot(&self, scene: &mut Scene, candidates: &[Settings]) -> (Candidate, String, Vec<Estimate>) {
+    fn ask_pilot(
+        &self,
+        scene: &mut Scene,
+        candidates: &[Settings],
+        say: &mut Say<'_>,
+    ) -> Option<(Candidate, String, Vec<Estimate>)> {
         let holds = |scene: &Scene, path: &JoinedPath| self.kept.is_none_or(|(_, kept)| kept.holds(scene, path));
-        let choice = choose(scene, candidates, self.kept.map(|_| &holds as _));
-        (choice.candidate(), choice.reason(), choice.estimates)
+        let choice = choose(scene, candidates, self.kept.map(|_| &holds as _), say)?;
+        Some((choice.candidate(), choice.reason(), choice.estimates))
     }
 
     /// Whether the light vertices that it keeps fit into memory.

@@ -51,7 +51,7 @@ impl OidnArgs {
         loaded.map_err(|error| match error {
             DenoiseError::Failed(_) => Failure::usage(format!("{error}")),
             DenoiseError::NotFound => Failure::usage(format!("{error}: {HOW}")),
-            _ => Failure::usage(format!("{error}; of Open Image Denoise: {HOW}")),
+            _ => Failure::usage(format!("{error}; if Open Image Denoise is not there, {HOW}")),
         })
     }
 }

@@ -85,6 +85,11 @@ impl Failure {
         Self { exit: Exit::Usage, sentence: sentence.into() }
     }
 
+    /// By whoever waited.
+    pub fn interrupted() -> Self {
+        Self { exit: Exit::Interrupted, sentence: "interrupted".to_owned() }
+    }
+
     pub fn input(sentence: impl Into<String>) -> Self {
         Self { exit: Exit::Input, sentence: sentence.into() }
     }

@@ -6,6 +6,7 @@ use pathspace::{
     io::{self, Loaded, NamedCamera, Summary},
     scene::{Scene, camera::Sensor},
 };
+use rayon::ThreadPool;
 
 use crate::cli::{
     info,
@@ -52,15 +53,17 @@ impl Opened {
         Ok(Self { loaded, view, shown, at })
     }
 
-    /// The scene with its environment, and what an image's header says of that.
+    /// The scene with its environment, and what an image's header says of that. The trees are built on the pool.
     pub fn into_scene(
         self,
         args: &SceneArgs,
         sensor: Sensor,
+        pool: &ThreadPool,
         terminal: Terminal,
     ) -> Result<(Scene, Option<String>), Failure> {
         let environment = environment::choose(&args.environment, &args.load.limits(), &self.loaded, terminal)?;
-        let scene = self.loaded.into_scene(self.view.to_camera(sensor), environment.light);
+        let camera = self.view.to_camera(sensor);
+        let scene = pool.install(|| self.loaded.into_scene(camera, environment.light));
         Ok((if args.cull_backfaces { scene.culling_back_faces() } else { scene }, environment.recorded))
     }
 }

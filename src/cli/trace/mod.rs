@@ -3,6 +3,8 @@
 mod json;
 mod text;
 
+use std::ops::ControlFlow;
+
 use glam::DVec3;
 use pathspace::{
     choice::Candidate,
@@ -84,13 +86,14 @@ pub fn run(args: &TraceArgs) -> Result<Exit, Failure> {
     let settings = image.settings(candidates[0], crop)?;
     check_light_subpaths(&settings)?;
     let scene_hash = opened.loaded.hash.clone();
-    let (scene, _) = opened.into_scene(&args.scene, sensor, terminal)?;
+    let (scene, _) = opened.into_scene(&args.scene, sensor, &pool, terminal)?;
     let lights = image.paths.lights.unwrap_or_else(|| candidates[0].integrator.choice_among(scene.lights()));
     let mut scene = scene.choosing_lights(lights);
     check_light_samples(&scene, &settings)?;
     let kept = image.kept(&scene)?;
     let task = Task { image, candidates, crop, hash: &scene_hash, of_image: 0, kept: kept.as_ref() };
-    let Chosen { settings, .. } = pool.install(|| task.choose(&mut scene, terminal))?;
+    let go_on = &mut |_| ControlFlow::Continue(());
+    let Chosen { settings, .. } = pool.install(|| task.choose(&mut scene, terminal, go_on))?;
     let keep = |path: &JoinedPath| kept.as_ref().is_none_or(|(_, kept)| kept.holds(&scene, path));
     let mut tracer = pool.install(|| Tracer::new(&scene, &settings, Some(&keep), args.top as usize));
     image.check_light_vertices((settings.integrator, tracer.integrator()), &scene, 0)?;

@@ -12,6 +12,7 @@ use pathspace::{
     scene::{Scene, camera::Sensor, light::LightChoice},
     verify::{Budget, Outcome, Plan, Report, verify},
 };
+use rayon::ThreadPool;
 
 use crate::cli::shared::{
     args::{BudgetArgs, PathArgs, SceneArgs, SizeArgs, VerbosityArgs, check_distinct},
@@ -97,7 +98,7 @@ pub fn run(args: &VerifyArgs) -> Result<Exit, Failure> {
     let pool = args.paths.thread_pool()?;
 
     let opened = Opened::read(&args.scene, terminal)?;
-    let (job, scene) = prepared(args, plan, opened, terminal)?;
+    let (job, scene) = prepared(args, plan, opened, &pool, terminal)?;
     let mut progress = Progress::new(Style::Auto, terminal);
     let budget = job.plan.budget;
     let hear = |part| {
@@ -123,12 +124,18 @@ pub fn run(args: &VerifyArgs) -> Result<Exit, Failure> {
 }
 
 /// What is compared, and the scene for it.
-pub fn prepared(args: &VerifyArgs, plan: Plan, opened: Opened, terminal: Terminal) -> Result<(Job, Scene), Failure> {
+pub fn prepared(
+    args: &VerifyArgs,
+    plan: Plan,
+    opened: Opened,
+    pool: &ThreadPool,
+    terminal: Terminal,
+) -> Result<(Job, Scene), Failure> {
     let sensor = camera::sensor(&args.size, DEFAULT_WIDTH, 0, &opened.view);
     let pixels = Crop::full(sensor);
     args.size.check_memory(FILMS * plan.integrators.len() as u64 * Film::memory(pixels.pixels()), pixels)?;
     let scene_hash = opened.loaded.hash.clone();
-    let (scene, environment) = opened.into_scene(&args.scene, sensor, terminal)?;
+    let (scene, environment) = opened.into_scene(&args.scene, sensor, pool, terminal)?;
     let lights = args.paths.lights.unwrap_or_else(|| scene.lights().suitable_choice());
     let scene = scene.choosing_lights(lights);
     Ok((Job { plan, sensor, scene_hash, environment, lights }, scene))
