@@ -215,7 +215,7 @@ fn volumes_disperse() {
     assert_eq!((loaded.materials[0].dispersion, &loaded.warnings[..]), (0.0, &[][..]));
     let thin = read(glass(0.0, json!({ "dispersion": 0.36 }))).unwrap();
     assert_eq!(thin.materials[0].dispersion, 0.0);
-    let warning = "material 'material 0' bounds no volume: KHR_materials_dispersion is not applied to it";
+    let warning = "material “material 0” bounds no volume: KHR_materials_dispersion is not applied to it";
     assert_eq!(thin.warnings, [warning]);
     let negative = read(glass(1.0, json!({ "dispersion": -1 }))).unwrap();
     assert_eq!(negative.materials[0].dispersion, 0.0);
