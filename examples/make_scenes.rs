@@ -36,7 +36,7 @@ fn main() -> io::Result<()> {
     Ok(())
 }
 
-fn scenes() -> [(&'static str, Vec<u8>); 18] {
+fn scenes() -> [(&'static str, Vec<u8>); 19] {
     [
         ("cornell-box.glb", cornell_box()),
         ("cornell-spheres.glb", cornell_spheres()),
@@ -56,6 +56,7 @@ fn scenes() -> [(&'static str, Vec<u8>); 18] {
         ("glass-of-water.glb", caustics::glass_of_water()),
         ("door-ajar.glb", caustics::door_ajar()),
         ("gem.glb", caustics::gem()),
+        ("prism.glb", caustics::spectrum()),
     ]
 }
 

@@ -10,6 +10,7 @@ mod portable;
 mod settings;
 mod statistics;
 mod variance;
+mod wavelength;
 mod waves;
 
 use std::{
@@ -46,6 +47,7 @@ use crate::{
         Scene,
         camera::Raster,
         point::{Place, Point},
+        wavelength::Wavelength,
     },
 };
 
@@ -283,33 +285,36 @@ impl<'a> Renderer<'a> {
             let [_, light, ..] = self.streams::<S>(Pixel::of_number(number, self.scene.camera.sensor()));
             light
         };
+        let shared = self.wavelength_of_tile(tile);
         let kept = match sweep {
-            Sweep::Camera(map) => Some(Kept { map, numbers: &numbers }),
+            Sweep::Camera(map) => Some(Kept { map, numbers: &numbers, wavelength: shared }),
             _ => None,
         };
         let mut samples = 0;
         scratch.start_over();
         for stages in rounds {
             for pixel in self.image().tile(tile) {
-                samples += self.sample::<S>(pixel, *stages, scratch, sink, (sweep, kept.as_ref()));
+                let stages = (*stages, shared);
+                samples += self.sample::<S>(pixel, stages, scratch, sink, (sweep, kept.as_ref()));
             }
         }
         samples
     }
 
-    /// One sample of one pixel of the padded image, or a stage of it. Returns the number of samples that this counts
-    /// as.
+    /// One sample of one pixel of the padded image, or a stage of it; at the wavelength that its tile shares, if it
+    /// does. Returns the number of samples that this counts as.
     #[inline(always)]
     fn sample<S: Sampler>(
         &self,
         pixel: Pixel,
-        stages: Stages,
+        (stages, shared): (Stages, Option<Wavelength>),
         scratch: &mut Scratch,
         sink: &mut TaskSink,
         (sweep, kept): (Sweep<'_>, Option<&Kept<'_, S>>),
     ) -> u64 {
         let mut streams = self.streams::<S>(pixel);
-        let samplers = &mut Samplers::of(&mut streams);
+        let wavelength = shared.or_else(|| self.wavelength_of_sample(pixel));
+        let samplers = &mut Samplers::of(&mut streams, wavelength);
         let serves_crop = self.serves_crop(pixel);
         if stages == Stages::Both || matches!(sweep, Sweep::Light) {
             scratch.start_over();

@@ -1,7 +1,7 @@
 //! Scenes whose light passes glass or water before or after it meets anything else, and one that it barely enters.
 
 use crate::{
-    glb::{Builder, Camera, Surface},
+    glb::{Builder, Camera, Punctual, Surface},
     shapes::{self, Mesh, V3, along, block, bowed, convex, facing_quad, prism, quad, straight, turned, unit},
 };
 
@@ -233,5 +233,42 @@ pub fn gem() -> Vec<u8> {
     scene.mesh("lamp", "lamp", Surface::Emitter([2200.0, 2100.0, 1900.0]), &lamp);
     let fill = facing_quad(along([0.; 3], [0., 1., 0.], 0.5), [0., -1., 0.], 0.15);
     scene.mesh("fill", "fill", Surface::Emitter([0.9, 1.0, 1.2]), &fill);
+    scene.finish()
+}
+
+/// A prism on a stand, which spreads the beam of a spot over a table.
+pub fn spectrum() -> Vec<u8> {
+    let mut scene = Builder::new(Camera {
+        position: [1.15, 1.05, -1.25],
+        target: [0.24, 0.47, 0.0],
+        yfov: 46.0_f64.to_radians(),
+        aspect: 1.0,
+    });
+    let paper = Surface::Diffuse([0.75; 3]);
+    scene.mesh("table", "paper", paper, &level([-1.0, -0.8], [1.8, 0.8], 0.0));
+    // Light that comes along `beam` goes parallel to the base, the least deviation for an index of 1.62. What passes
+    // the prism by does not meet the table.
+    let (side, middle) = (0.06_f64, [0.0, 0.9, 0.0]);
+    let turn = |degrees: f64| {
+        let (s, c) = degrees.to_radians().sin_cos();
+        [c, s, 0.0]
+    };
+    let inside = -42.0;
+    let bend = (1.62 * 0.5_f64).asin().to_degrees() - 30.0;
+    let beam = turn(inside + bend);
+    let faces = [inside - 90.0, inside + 30.0, inside + 150.0].map(|degrees| (turn(degrees), side / 12.0_f64.sqrt()));
+    let long = 0.12;
+    let ends = [[0.0, 0.0, 1.0], [0.0, 0.0, -1.0]].map(|normal| (normal, long));
+    let glass = convex(&[faces.as_slice(), &ends].concat()).moved(middle);
+    scene.mesh("prism", "flint", Surface::Flint { ior: 1.62, dispersion: 2.0 }, &glass);
+    let stand = [-1.0, 1.0].map(|end: f64| {
+        let z = end * (long + 0.012);
+        block([-0.03, 0.0, z - 0.01], [0.03, 0.93, z + 0.01])
+    });
+    scene.mesh("stand", "wood", WOOD, &stand.into_iter().collect());
+    let from = along(middle, beam, -2.0);
+    scene.light("spot", Punctual::Spot(0.04, 0.06), [9.0; 3], from, middle);
+    let fill = facing_quad([0.5, 2.4, -0.4], [0., -1., 0.], 0.5);
+    scene.mesh("fill", "fill", Surface::Emitter([0.4, 0.45, 0.5]), &fill);
     scene.finish()
 }

@@ -22,7 +22,9 @@ pub enum Surface {
     Mirror(f64),
     /// The boundary of a clear volume with this index of refraction.
     Glass(f64),
-    /// The same, ground rough.
+    /// The same, with the extension's `dispersion`.
+    Flint { ior: f64, dispersion: f64 },
+    /// Glass, ground rough.
     Frosted { ior: f64, roughness: f64 },
     /// Plastic (`metallic` 0) or metal (1).
     Glossy { color: [f64; 3], metallic: f64, roughness: f64 },
@@ -269,6 +271,11 @@ fn describe(surface: Surface, m: &mut Value) -> Value {
         }
         Surface::Mirror(reflectance) => ([reflectance; 3], 1.0, 0.0, json!({})),
         Surface::Glass(ior) => ([1.0; 3], 0.0, 0.0, glass(ior)),
+        Surface::Flint { ior, dispersion } => {
+            let mut extensions = glass(ior);
+            extensions["KHR_materials_dispersion"] = json!({ "dispersion": dispersion });
+            ([1.0; 3], 0.0, 0.0, extensions)
+        }
         Surface::Frosted { ior, roughness } => ([1.0; 3], 0.0, roughness, glass(ior)),
         Surface::Glossy { color, metallic, roughness } => (color, metallic, roughness, json!({})),
         Surface::Papered { relief, .. } => {

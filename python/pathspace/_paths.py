@@ -108,6 +108,12 @@ class Path:
         """Where it arrives on the image, in pixels from the upper left corner."""
         return self._native.raster
 
+    @property
+    def wavelength(self) -> Optional[float]:
+        """In nm, of a path that a render has found in a scene that disperses; else None. What a dispersed path carries
+        of it, c(λ)/p(λ), is in :meth:`contribution`; a path laid by hand has indices of refraction at 587.6 nm."""
+        return self._native.wavelength
+
     @cached_property
     def vertices(self) -> Sequence[Vertex]:
         """p_0 … p_n."""

@@ -55,7 +55,7 @@ fn laid(scene: &Arc<Scene>, places: &[[f64; 3]], sky: Option<[f64; 3]>) -> Resul
     };
     let visibility = (0..points.len() - 1).map(seen).collect();
     let vertices = (0..points.len()).map(|i| Vertex { lobe: lobe(&points, i), ..Vertex::new(points[i]) }).collect();
-    Ok(Path { scene: scene.clone(), vertices, visibility, merged: None, raster, found: None })
+    Ok(Path { scene: scene.clone(), vertices, visibility, merged: None, raster, wavelength: None, found: None })
 }
 
 /// The unit direction from `a` to `b`, which may be infinitely far away.

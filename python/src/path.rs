@@ -12,6 +12,7 @@ use pathspace::{
         camera::Raster,
         geometry::PrimitiveId,
         point::{Place, Point},
+        wavelength::Wavelength,
     },
     trace::{self, Share},
 };
@@ -27,6 +28,8 @@ pub struct Path {
     pub visibility: Vec<f64>,
     pub merged: Option<(usize, Point)>,
     pub raster: Raster,
+    /// That of the sample that has found it, where the scene disperses.
+    pub wavelength: Option<Wavelength>,
     pub found: Option<Found>,
 }
 
@@ -63,7 +66,7 @@ fn written(technique: Technique) -> (&'static str, u32, u32) {
 impl Path {
     fn defined(&self) -> path::Path<'_> {
         let path = path::Path::new(&self.scene, self.vertices.clone()).with_visibility(self.visibility.clone());
-        let path = path.arriving_at(self.raster);
+        let path = path.arriving_at(self.raster).at_wavelength(self.wavelength);
         match self.merged {
             Some((i, q)) => path.merged_at(i, q),
             None => path,
@@ -129,6 +132,12 @@ impl Path {
     #[getter]
     fn raster(&self) -> [f32; 2] {
         self.raster.0.to_array()
+    }
+
+    /// In nm.
+    #[getter]
+    fn wavelength(&self) -> Option<f32> {
+        self.wavelength.map(Wavelength::nanometres)
     }
 
     #[getter]

@@ -9,7 +9,7 @@ use pathspace::{
     math::Rgb,
     path::{JoinedPath, Technique, Vertex},
     render::Collector,
-    scene::{self, camera::Raster, point::Point},
+    scene::{self, camera::Raster, point::Point, wavelength::Wavelength},
 };
 use pyo3::prelude::*;
 use rayon::ThreadPool;
@@ -156,6 +156,7 @@ struct Seen {
     visibility: Vec<f64>,
     merged: Option<(usize, Point)>,
     raster: Raster,
+    wavelength: Option<Wavelength>,
     technique: Technique,
     value: Rgb,
     survival: f32,
@@ -163,9 +164,9 @@ struct Seen {
 
 impl Seen {
     fn owned(self, scene: &Arc<scene::Scene>, integrator: &Arc<Integrator>) -> Path {
-        let Self { vertices, visibility, merged, raster, technique, value, survival } = self;
+        let Self { vertices, visibility, merged, raster, wavelength, technique, value, survival } = self;
         let found = Found { technique, value: value.to_array(), survival, integrator: integrator.clone() };
-        Path { scene: scene.clone(), vertices, visibility, merged, raster, found: Some(found) }
+        Path { scene: scene.clone(), vertices, visibility, merged, raster, wavelength, found: Some(found) }
     }
 }
 
@@ -183,6 +184,7 @@ impl Collector for Finder<'_> {
             visibility: path.visibility().to_vec(),
             merged: path.merged().map(|(i, q)| (i, *q)),
             raster,
+            wavelength: path.wavelength(),
             technique,
             value,
             survival,

@@ -160,11 +160,12 @@ impl Collector for Tally<'_> {
             return;
         }
         let pixel = (y as u32 * sensor.width + x as u32) as usize;
-        let light = f64::from(luminance(value));
+        // Of a dispersed path channels may be negative: its size is what counts.
+        let light = f64::from(luminance(value).abs());
         // F/(n p), over the survival of roulette.
-        let single = f64::from(luminance(path.contribution()) / own.samples(technique));
+        let single = f64::from(luminance(path.contribution()).abs() / own.samples(technique));
         // The measured images are clamped channel by channel.
-        let bounds = bounds.by(light / f64::from(value.max_element()));
+        let bounds = bounds.by(light / f64::from(value.abs().max_element()));
         self.found.light += light;
         for (of_one, (table, heuristic)) in self.found.candidates.iter_mut().zip(tables) {
             let relative = relative_deposit(path, technique, own, table, *heuristic);

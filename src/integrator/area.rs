@@ -5,11 +5,13 @@
 //! and weights use. Where surfaces touch, its variance is infinite (∫G² diverges): compare it in scenes whose surfaces
 //! do not. As the definition does, it takes memory for each path.
 
+use glam::DVec3;
+
 use super::description::{Description, Landing, LightSampling, Merges, Table, Weights};
 use crate::{
     path::{Edge, Heuristic, JoinedPath, Path, Roulette, Step, Vertex},
     sampling::{Block, Sampler, SamplerKind},
-    scene::Scene,
+    scene::{Scene, wavelength::Wavelength},
 };
 
 /// What it is.
@@ -38,6 +40,7 @@ pub fn draw<'a>(
     n: u32,
     steps: &'a mut Vec<Step>,
     sampler: &mut impl Sampler,
+    wavelength: Option<Wavelength>,
 ) -> Option<JoinedPath<'a>> {
     let mut vertices = vec![Vertex::new(scene.camera.lens_point())];
     for i in 1..=n {
@@ -50,9 +53,9 @@ pub fn draw<'a>(
     let first = Edge::between(&vertices[0].point, &vertices[1].point);
     let raster = scene.camera.raster(&vertices[0].point, first.direction)?;
 
-    let unoccluded = Path::new(scene, vertices);
+    let unoccluded = Path::new(scene, vertices).at_wavelength(wavelength);
     // What could not pass anyway needs no rays.
-    if unoccluded.contribution().max_element() == 0.0 {
+    if unoccluded.contribution() == DVec3::ZERO {
         return None;
     }
     let visible = |(i, pair): (usize, &[Vertex])| {

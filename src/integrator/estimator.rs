@@ -2,13 +2,13 @@
 
 use glam::Vec2;
 
-use super::{Integrator, LightVertexMap, area};
+use super::{Integrator, Kept, Samplers, area};
 use crate::{
     lanes::{One, Record},
     math::{Rgb, luminance},
     path::{JoinedPath, LightVertex, LightVertices, SharedLightVertices, Step, Strategy, Subpath, Tail, Technique},
     sampling::{Block, Chance, Sampler},
-    scene::{Scene, bsdf::Transport, camera::Raster},
+    scene::{Scene, bsdf::Transport, camera::Raster, wavelength::Wavelength},
 };
 
 /// The subpaths of one thread.
@@ -74,10 +74,16 @@ pub(super) fn has_a_place(value: Rgb) -> bool {
     value.is_finite() && value.min_element() >= 0.0
 }
 
+/// Whether one of these vertices lies on a dispersive interface.
+#[inline]
+fn disperse(scene: &Scene, steps: &[Step]) -> bool {
+    scene.dispersing_media().is_some_and(|media| steps.iter().any(|x| media.disperse_at(&x.vertex.point)))
+}
+
 /// What becomes of the paths that are found.
 pub trait Sink {
     /// A path and its share w F/(n p) of one pass, without h_j: the value to spread around `path.raster()`.
-    /// It is finite and not negative.
+    /// It is finite, and not negative unless the path is dispersed: see [`JoinedPath::colored`].
     fn deposit(&mut self, path: &JoinedPath, value: Rgb);
 
     /// A contribution that is not finite or negative, and so has no place in an image: to be counted, never dropped
@@ -175,7 +181,7 @@ impl Integrator {
         let connected = if connects == Connects::Yes { connected } else { 0 };
         let splatted = if splats == Splats::Yes { splatted } else { 0 };
         let merged = if keeps.is_some() { merged } else { 0 };
-        let vertices = connected.max(splatted).max(merged);
+        let (vertices, at) = (connected.max(splatted).max(merged), samplers.wavelength);
         let Scratch { lights, walked, ends, lens, drawn, kept, .. } = scratch;
         for branch in 0..if vertices > 0 { paths } else { 0 } {
             if *walked == lights.len() {
@@ -185,6 +191,7 @@ impl Integrator {
             let number = *walked as u32;
             let light = &mut lights[*walked];
             *walked += 1;
+            light.set_wavelength(at);
             light.walk_from_light(scene, branch, vertices, self.roulette, samplers.light);
             sink.walked(Transport::Importance, light.steps().len().saturating_sub(1));
             let lost = light.take_lost_to_sides();
@@ -197,7 +204,7 @@ impl Integrator {
             let joined = &steps[..steps.len().min(connected as usize)];
             ends.extend(connectible(joined).map(|s| End { number, s }));
             if let Some(first) = keeps {
-                self.keep(light, merged, first + branch, kept);
+                self.keep(scene, light, (merged, first + branch), kept);
             }
             let splatting = if splatted > 0 { steps } else { &[] };
             for (s, y) in (1..).zip(splatting) {
@@ -209,7 +216,7 @@ impl Integrator {
                     samplers.lens.start(Block::repeated(s as u32 - 1, branch * samples + k));
                     if lens.put_lens_towards(scene, &y.vertex.point, samplers.lens) {
                         let path = JoinedPath::inner(scene, lens.steps(), light, s, Raster(Vec2::ZERO));
-                        self.consider(path, 1.0, || samplers.lens.next_chance(), sink);
+                        self.consider(path, (1.0, at), || samplers.lens.next_chance(), sink);
                     }
                 }
             }
@@ -217,7 +224,7 @@ impl Integrator {
         if splats == Splats::Yes {
             for _ in 0..self.evaluated.area() {
                 for n in 1..=self.evaluated.max_depth() {
-                    self.consider(area::draw(scene, n, drawn, samplers.connection), 1.0, || Chance(0), sink);
+                    self.consider(area::draw(scene, n, drawn, samplers.connection, at), (1.0, at), || Chance(0), sink);
                 }
             }
         }
@@ -243,6 +250,7 @@ impl Integrator {
         }
         let Scratch { camera, lights, walked, ends, again, met, .. } = scratch;
         let vertices = self.evaluated.camera_vertices();
+        camera.set_wavelength(samplers.wavelength);
         for branch in 0..self.evaluated.splits() {
             // What all branches of a split subpath have in common is joined once.
             let joined = if branch == 0 {
@@ -259,7 +267,8 @@ impl Integrator {
                 let z = &end.prefix[t - 1].vertex.point;
                 if z.light.is_some() {
                     for _ in 0..self.evaluated.multiplicity(Strategy { s: 0, t: t as u32 }) {
-                        self.consider(JoinedPath::hit(scene, end.prefix, raster), 1.0, || Chance(0), sink);
+                        let path = JoinedPath::hit(scene, end.prefix, raster);
+                        self.consider(path, (1.0, samplers.wavelength), || Chance(0), sink);
                     }
                 }
                 if z.bsdf.has_continuous() {
@@ -294,7 +303,8 @@ impl Integrator {
             if let Some((point, pdf)) = sampled {
                 let end = Step::next_event(point, pdf);
                 let path = JoinedPath::next_event(scene, prefix, &end, raster);
-                self.consider(path, 1.0, || samplers.connection.next_chance(), sink);
+                let at = samplers.wavelength;
+                self.consider(path, (1.0, at), || samplers.connection.next_chance(), sink);
             }
         }
     }
@@ -311,7 +321,7 @@ impl Integrator {
         sink: &mut impl Sink,
     ) {
         let t = prefix.len() as u32;
-        let shared = self.evaluated.shared_light_vertices();
+        let (shared, at) = (self.evaluated.shared_light_vertices(), samplers.wavelength);
         let (connections, share) = match shared {
             None => (ends.len() as u32, 1.0),
             Some(_) if ends.is_empty() => (0, 1.0),
@@ -335,7 +345,7 @@ impl Integrator {
                     samplers.connection.next_chance()
                 };
                 let path = JoinedPath::inner(scene, prefix, &lights[number as usize], s as usize, raster);
-                self.consider(path, share, chance, sink);
+                self.consider(path, (share, at), chance, sink);
             }
         }
     }
@@ -352,6 +362,7 @@ impl Integrator {
     ) {
         let (table, Some(rivals), Some(x)) = (&self.weighed, &self.rivals, prefix.last()) else { return };
         let (tail, t) = (Tail::of(prefix), prefix.len() as u32);
+        let is_dispersed = disperse(scene, &prefix[1..]);
         met.clear();
         kept.map.around(One, x.vertex.point.position, met);
         sink.looked(1, met.len());
@@ -362,26 +373,34 @@ impl Integrator {
             };
             let weight = y.weight((&tail, raster.0.to_array()), &meeting, table, rivals)
                 / table.samples(Technique::Merged(meeting.strategy));
-            let value = meeting.contribution * weight;
-            if value == Rgb::ZERO {
+            let spectral = meeting.contribution * weight;
+            if spectral == Rgb::ZERO {
                 continue;
             }
-            if has_a_place(value) && sink.deposit_unseen(meeting.strategy, raster, value) {
+            let value = match kept.wavelength {
+                Some(wavelength) if is_dispersed || y.is_dispersed() => spectral * wavelength.response(),
+                _ => spectral,
+            };
+            if has_a_place(spectral) && sink.deposit_unseen(meeting.strategy, raster, value) {
                 continue;
             }
             self.walk_light_again(scene, &y, kept, again);
             let light = &again.steps()[..y.vertices() as usize];
             let path = JoinedPath::merged(scene, prefix, light, again.beginning(), &meeting, raster);
-            if has_a_place(value) { sink.deposit(&path, value) } else { sink.reject(&path, value) }
+            let path = path.at_wavelength(kept.wavelength);
+            if has_a_place(spectral) { sink.deposit(&path, value) } else { sink.reject(&path, value) }
         }
     }
 
     /// Keeps the vertices of a light subpath that merge, at most the first `merged`; `path` is its number in the pass.
-    fn keep(&self, light: &Subpath, merged: u32, path: u32, kept: &mut Vec<Record>) {
+    fn keep(&self, scene: &Scene, light: &Subpath, (merged, path): (u32, u32), kept: &mut Vec<Record>) {
         let Some(rivals) = &self.rivals else { return };
         let steps = light.steps();
         let prefixes = (2..=steps.len().min(merged as usize)).map(|k| &steps[..k]);
-        let of = |prefix| LightVertex::of_prefix(prefix, light.beginning(), rivals, path);
+        let of = |prefix: &[Step]| {
+            let y = LightVertex::of_prefix(prefix, light.beginning(), rivals, path)?;
+            Some(y.dispersed(disperse(scene, &prefix[1..prefix.len() - 1])))
+        };
         kept.extend(prefixes.filter_map(of).map(|y| y.record()));
     }
 
@@ -392,6 +411,7 @@ impl Integrator {
         let (pixel, branch) = (y.path() / of_pixel, y.path() % of_pixel);
         let LightVertices { splatted, merged, .. } = self.evaluated.light_vertices();
         let mut numbers = (kept.numbers)(pixel);
+        again.set_wavelength(kept.wavelength);
         for branch in 0..=branch {
             again.walk_from_light(scene, branch, splatted.max(merged), self.roulette, &mut numbers);
         }
@@ -410,17 +430,18 @@ impl Integrator {
         self.evaluated.shared_light_vertices().is_some()
     }
 
-    /// Weighs and deposits a path, if it contributes anything and nothing blocks it. It stands for `times` paths;
-    /// `chance` is a number for roulette.
+    /// Weighs and deposits a path, if it contributes anything and nothing blocks it. It stands for `times` paths, at
+    /// this wavelength; `chance` is a number for roulette.
     #[inline(always)]
     fn consider(
         &self,
         path: Option<JoinedPath<'_>>,
-        mut times: f32,
+        (mut times, wavelength): (f32, Option<Wavelength>),
         chance: impl FnOnce() -> Chance,
         sink: &mut impl Sink,
     ) {
-        let Some(path) = path.filter(|path| path.contribution() != Rgb::ZERO) else { return };
+        let Some(path) = path.filter(|path| path.spectral_contribution() != Rgb::ZERO) else { return };
+        let path = path.at_wavelength(wavelength);
         if path.strategy().s > 0 {
             if let Some(roulette) = &self.connections
                 && times * self.tentative(&path) < roulette.threshold
@@ -434,11 +455,12 @@ impl Integrator {
             sink.shadow_ray();
         }
         let Some(path) = path.seen() else { return };
-        let value = path.contribution() * (self.weight_per_sample(&path) * times);
-        if value == Rgb::ZERO {
+        let spectral = path.spectral_contribution() * (self.weight_per_sample(&path) * times);
+        if spectral == Rgb::ZERO {
             return;
         }
-        if has_a_place(value) {
+        let value = path.colored(spectral);
+        if has_a_place(spectral) {
             sink.deposit(&path, value);
         } else {
             sink.reject(&path, value);
@@ -453,39 +475,10 @@ impl Integrator {
         self.weight(path) / self.weighed.samples(path.technique())
     }
 
-    /// What the path would contribute to its pixel if nothing were in the way, luminance: w F/(n p) with V = 1. Out of
-    /// line, since it is asked for with roulette on connections alone.
+    /// What the path would contribute to its pixel if nothing were in the way, luminance: w F/(n p) with V = 1,
+    /// whatever the colour of its wavelength. Out of line, since it is asked for with roulette on connections alone.
     #[inline(never)]
     fn tentative(&self, path: &JoinedPath<'_>) -> f32 {
-        luminance(path.contribution()) * self.weight_per_sample(path)
-    }
-}
-
-/// The light vertices that a pass has kept for merges.
-pub struct Kept<'a, S> {
-    /// Where they are.
-    pub map: &'a LightVertexMap,
-    /// The random numbers of the light subpaths of a pixel, by its number among those of the image.
-    pub numbers: &'a dyn Fn(u32) -> S,
-}
-
-/// The sequences of random numbers of one sample, so that none shifts another.
-#[derive(Debug)]
-pub struct Samplers<'a, S> {
-    /// For the camera subpath.
-    pub camera: &'a mut S,
-    /// For the light subpath.
-    pub light: &'a mut S,
-    /// For the connections.
-    pub connection: &'a mut S,
-    /// For the lens points that light subpaths are connected to.
-    pub lens: &'a mut S,
-}
-
-impl<'a, S> Samplers<'a, S> {
-    /// Those of all [streams](crate::sampling::Stream), in their order.
-    #[inline(always)]
-    pub fn of([camera, light, connection, lens]: &'a mut [S; 4]) -> Self {
-        Self { camera, light, connection, lens }
+        luminance(path.spectral_contribution()) * self.weight_per_sample(path)
     }
 }

@@ -5,12 +5,14 @@ mod description;
 mod estimator;
 mod kind;
 mod light_vertex_map;
+mod samplers;
 mod wave;
 
 pub use connection_roulette::{ConnectionRoulette, RelativeRoulette};
 pub use description::{Description, Gap, Landing, LightSampling, Merges, Table, Weights};
-pub use estimator::{Connects, Kept, LightStage, Samplers, Scratch, Sink, Splats};
+pub use estimator::{Connects, LightStage, Scratch, Sink, Splats};
 pub use light_vertex_map::{BYTES_OF_A_LIGHT_VERTEX, LightVertexMap, Sweep};
+pub use samplers::{Kept, Samplers};
 pub use wave::{Starts, Wave, WaveSink};
 
 use std::sync::Arc;

@@ -78,6 +78,12 @@ pub const EXTENSIONS: &[Extension] = &[
         &[BENT],
     ),
     of(
+        "KHR_materials_dispersion",
+        "dispersion, as a wavelength of each sample",
+        "materials without a volume",
+        &["tests/reading::volumes_disperse"],
+    ),
+    of(
         "KHR_materials_emissive_strength",
         "strength",
         "",

@@ -1,5 +1,5 @@
-//! The extensions that add lobes to a material (clear coat, sheen, anisotropy, iridescence, diffuse transmission), and
-//! the model of speculars and glossiness, which is converted.
+//! The extensions that add lobes to a material (clear coat, sheen, anisotropy, iridescence, diffuse transmission), the
+//! dispersion of its volume, and the model of speculars and glossiness, which is converted.
 
 use std::sync::Arc;
 
@@ -32,6 +32,9 @@ const LAYERS: [&str; 5] = [
     "KHR_materials_iridescence",
     "KHR_materials_diffuse_transmission",
 ];
+
+/// How much a volume's index of refraction depends on the wavelength.
+const DISPERSION: &str = "KHR_materials_dispersion";
 
 /// The legacy model.
 const SPECULAR_GLOSSINESS: &str = "KHR_materials_pbrSpecularGlossiness";
@@ -85,6 +88,18 @@ impl Reader<'_, '_> {
         maps.factors.layers = layers;
         maps.layers = Some(Box::new(textures));
         Ok(())
+    }
+
+    /// 20/V_d of the volume that a material bounds, not negative; 0 without one, and a warning if the file has another.
+    pub(super) fn dispersion(&mut self, m: &Source, maps: &Maps) -> Result<f32, Fault> {
+        let Some(e) = Extension::of(m, DISPERSION) else { return Ok(0.0) };
+        let dispersion = self.factor(&e, "dispersion", 0.0, [0.0, f32::MAX])?;
+        if dispersion > 0.0 && maps.factors.boundary != Boundary::Volume {
+            let name = quoted(&self.name);
+            self.warnings.push(format!("material {name} bounds no volume: {DISPERSION} is not applied to it"));
+            return Ok(0.0);
+        }
+        Ok(dispersion)
     }
 
     fn coat(&mut self, m: &Source, layers: &mut Layers, maps: &mut LayerMaps) -> Result<(), Fault> {

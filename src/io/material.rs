@@ -51,6 +51,7 @@ pub(super) struct Read {
     emission_sides: EmissionSides,
     back_faces: BackFaces,
     absorption: Rgb,
+    dispersion: f32,
     unlit: bool,
 }
 
@@ -91,6 +92,7 @@ impl Read {
         material.emission_sides = self.emission_sides;
         material.back_faces = self.back_faces;
         material.absorption = self.absorption;
+        material.dispersion = self.dispersion;
         material
     }
 }
@@ -167,6 +169,7 @@ impl Reader<'_, '_> {
             let color = Rgb::from_array(volume.attenuation_color.0);
             absorption = self.absorption(color, volume.attenuation_distance.0)?;
         }
+        let dispersion = self.dispersion(m, &maps)?;
         let back_faces = if m.double_sided { BackFaces::Drawn } else { BackFaces::Culled };
         let mut emission_sides = if m.double_sided { EmissionSides::Both } else { EmissionSides::Front };
         let alpha = diffuse_alpha.unwrap_or(m.pbr_metallic_roughness.base_color_factor.0[3]);
@@ -179,7 +182,8 @@ impl Reader<'_, '_> {
             maps = Maps::new(black);
             (maps.base_color, maps.emission) = (shown.clone(), shown);
         }
-        Ok(Read { name: self.name.clone(), maps, alpha_mode, emission, emission_sides, back_faces, absorption, unlit })
+        let name = self.name.clone();
+        Ok(Read { name, maps, alpha_mode, emission, emission_sides, back_faces, absorption, dispersion, unlit })
     }
 
     /// Radiance where the texture is white.

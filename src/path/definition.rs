@@ -17,6 +17,7 @@ use crate::{
         geometry::{PrimitiveId, offset_origin},
         media::{Boundary, Media, MediumId},
         point::{Place, Point},
+        wavelength::Wavelength,
     },
 };
 
@@ -29,6 +30,7 @@ pub struct Path<'a> {
     /// Of a path that has merged: where, and the place at which the light's subpath ends beside that vertex.
     merged: Option<(usize, Point)>,
     raster: Raster,
+    wavelength: Option<Wavelength>,
     surroundings: OnceLock<Surroundings>,
 }
 
@@ -60,7 +62,8 @@ impl<'a> Path<'a> {
         assert!(vertices.len() >= 2, "a path has at least one edge");
         let visibility = vec![1.0; vertices.len() - 1];
         let raster = Raster(Vec2::ZERO);
-        Self { scene, vertices, visibility, merged: None, raster, surroundings: OnceLock::new() }
+        let surroundings = OnceLock::new();
+        Self { scene, vertices, visibility, merged: None, raster, wavelength: None, surroundings }
     }
 
     /// The same path, said to arrive there on the image: weights that know their noise ask for it.
@@ -88,6 +91,17 @@ impl<'a> Path<'a> {
     pub fn with_visibility(self, visibility: Vec<f64>) -> Self {
         assert_eq!(visibility.len(), self.visibility.len());
         Self { visibility, ..self }
+    }
+
+    /// The same path at a wavelength. Without one, indices of refraction are those at 587.6 nm, and c/p is 1.
+    #[must_use]
+    pub fn at_wavelength(self, wavelength: Option<Wavelength>) -> Self {
+        Self { wavelength, ..self }
+    }
+
+    /// The wavelength of the path, where it has one.
+    pub fn wavelength(&self) -> Option<Wavelength> {
+        self.wavelength
     }
 
     /// Where the path has merged, and the point that the light's subpath has reached there.
@@ -134,10 +148,28 @@ impl<'a> Path<'a> {
     }
 
     /// F_j(p̄)/h_j = W_e(p_1→p_0) G(p_0↔p_1) T(p̄) L_e(p_n→p_{n−1}): the measurement contribution without the pixel's
-    /// filter.
+    /// filter; times c(λ)/p(λ) where it depends on the wavelength.
     ///
     /// Of a path that has merged within a radius, [`Path::kernel`] is one more factor.
     pub fn contribution(&self) -> DVec3 {
+        self.spectral_contribution() * self.response()
+    }
+
+    /// c(λ)/p(λ) where a vertex between the ends lies on a dispersive interface, else 1: by every scattering there,
+    /// reflection as well as refraction.
+    pub fn response(&self) -> DVec3 {
+        let dispersed = |media: &Media| {
+            let between = |i: usize| Some((self.vertices[i].point.material, self.surroundings(media).sides[i]?));
+            (1..self.edges()).filter_map(between).any(|(material, sides)| media.disperse_between(material, sides))
+        };
+        match self.wavelength {
+            Some(wavelength) if self.scene.media().is_some_and(dispersed) => wavelength.response().as_dvec3(),
+            _ => DVec3::ONE,
+        }
+    }
+
+    /// F_j(p̄)/h_j at the path's wavelength, whose colour is not in it.
+    pub(super) fn spectral_contribution(&self) -> DVec3 {
         let n = self.edges();
         let we = f64::from(self.scene.camera.we(&self.vertices[0].point, self.segment(0, 1).direction.as_vec3()));
         let end = &self.vertices[n];
@@ -367,13 +399,18 @@ impl<'a> Path<'a> {
         (to_camera.as_vec3(), to_light.as_vec3(), Frame::around(self.vertices[i].point.shading_normal))
     }
 
+    /// The media in front of p_i and behind it, where it bounds a volume.
+    pub(super) fn sides(&self, i: usize) -> Option<[MediumId; 2]> {
+        self.scene.media().and_then(|media| self.surroundings(media).sides[i])
+    }
+
     /// The BSDF at p_i: at the boundary of a volume with the indices of the media beside it.
     fn bsdf(&self, i: usize) -> Bsdf {
         let p = &self.vertices[i].point;
         let sides = self.scene.media().and_then(|media| Some((media, self.surroundings(media).sides[i]?)));
         let Some((media, sides)) = sides else { return p.bsdf };
         let mut bsdf = self.scene.bsdf_at(p);
-        media.settle(&mut bsdf, p.material, sides);
+        media.settle(&mut bsdf, p.material, sides, self.wavelength);
         bsdf
     }
 

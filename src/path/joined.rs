@@ -16,6 +16,7 @@ use crate::{
         camera::Raster,
         point::{Place, Point},
         tilt::Tilt,
+        wavelength::Wavelength,
     },
 };
 
@@ -30,6 +31,7 @@ pub struct JoinedPath<'a> {
     joint: Joint,
     raster: Raster,
     technique: Technique,
+    wavelength: Option<Wavelength>,
 }
 
 impl<'a> JoinedPath<'a> {
@@ -41,7 +43,7 @@ impl<'a> JoinedPath<'a> {
         p.light?;
         let joint = Joint::hit(scene, &before.vertex.point, end)?;
         let technique = Technique::Bidirectional(Strategy { s: 0, t: camera.len() as u32 });
-        Some(Self { scene, camera, light: &[], beside: None, joint, raster, technique })
+        Some(Self { scene, camera, light: &[], beside: None, joint, raster, technique, wavelength: None })
     }
 
     /// s ≥ 1, t ≥ 1: connects the last vertices of two prefixes. `light` is a prefix of a light subpath, whose
@@ -69,7 +71,14 @@ impl<'a> JoinedPath<'a> {
         }
         let raster = joint.raster.map_or(raster, |raster| Raster(raster.into()));
         let technique = Technique::Bidirectional(strategy);
-        Some(Self { scene, camera, light, beside: None, joint, raster, technique })
+        Some(Self { scene, camera, light, beside: None, joint, raster, technique, wavelength: None })
+    }
+
+    /// The path at the wavelength of its subpaths.
+    #[must_use]
+    #[inline(always)]
+    pub fn at_wavelength(self, wavelength: Option<Wavelength>) -> Self {
+        Self { wavelength, ..self }
     }
 
     /// What found it.
@@ -91,10 +100,33 @@ impl<'a> JoinedPath<'a> {
         self.raster
     }
 
-    /// F/p without h_j, over roulette's survival probability: one sample's unweighted estimate. With V = 1 on the
-    /// connecting edge before [`JoinedPath::seen`]: what the path could contribute at most.
+    /// F/p without h_j, over roulette's survival probability, times c(λ)/p(λ) where the path is dispersed: one sample's
+    /// unweighted estimate. With V = 1 on the connecting edge before [`JoinedPath::seen`]: what the path could
+    /// contribute at most.
     #[inline(always)]
     pub fn contribution(&self) -> Rgb {
+        self.colored(self.spectral_contribution())
+    }
+
+    /// A part of the contribution at the path's wavelength in the colour that stands for it: times c(λ)/p(λ) if a
+    /// vertex between the ends lies on a dispersive interface. Once, however many do.
+    #[inline(always)]
+    pub fn colored(&self, value: Rgb) -> Rgb {
+        match self.wavelength {
+            Some(wavelength) if self.is_dispersed() => value * wavelength.response(),
+            _ => value,
+        }
+    }
+
+    #[inline(never)]
+    fn is_dispersed(&self) -> bool {
+        let media = self.scene.dispersing_media();
+        media.is_some_and(|media| (1..self.edges()).any(|i| media.disperse_at(self.point(i))))
+    }
+
+    /// [`Self::contribution`] at the path's wavelength, whose colour is not in it: in no channel negative.
+    #[inline(always)]
+    pub(crate) fn spectral_contribution(&self) -> Rgb {
         if self.beside.is_some() {
             return self.joint.value;
         }
@@ -235,7 +267,7 @@ impl<'a> JoinedPath<'a> {
     pub fn to_path(&self) -> Path<'a> {
         let visibility = (0..self.edges()).map(|i| f64::from(self.visibility(i))).collect();
         let path = Path::new(self.scene, (0..=self.edges()).map(|i| self.vertex(i)).collect());
-        let path = path.with_visibility(visibility).arriving_at(self.raster);
+        let path = path.with_visibility(visibility).arriving_at(self.raster).at_wavelength(self.wavelength);
         match self.beside {
             Some(q) => path.merged_at(self.camera.len() - 1, q.vertex.point),
             None => path,
@@ -253,14 +285,15 @@ impl<'a> JoinedPath<'a> {
     where
         'a: 'b,
     {
-        if self.beside.is_some() {
+        let path = if self.beside.is_some() {
             None
         } else if self.light.is_empty() {
             JoinedPath::hit(self.scene, camera, self.raster)
         } else {
             JoinedPath::connect(self.scene, camera, self.light, self.joint.next_event_ratio, self.raster)
                 .map(|path| path.seen_through(self.joint.visibility))
-        }
+        };
+        path.map(|path| path.at_wavelength(self.wavelength))
     }
 
     #[inline(always)]
@@ -391,7 +424,7 @@ impl<'a> JoinedPath<'a> {
             raster: None,
         };
         let technique = Technique::Merged(meeting.strategy);
-        Self { scene, camera, light, beside: Some(beside), joint, raster, technique }
+        Self { scene, camera, light, beside: Some(beside), joint, raster, technique, wavelength: None }
     }
 
     /// By the light vertex as a pass keeps it, for who looks at the path: a pass weighs without one.
@@ -408,11 +441,14 @@ impl<'a> JoinedPath<'a> {
     }
 
     /// A path that area sampling drew, with its V: F/p straight from the definition. `steps` is storage for its
-    /// vertices. `None` if it contributes nothing.
+    /// vertices. `None` if it contributes nothing. It has the wavelength that `path` has.
     pub fn by_areas(scene: &'a Scene, path: &Path<'_>, steps: &'a mut Vec<Step>, raster: Raster) -> Option<Self> {
-        let value = Rgb::from(path.contribution() / path.pdf_area());
+        let value = Rgb::from(path.spectral_contribution() / path.pdf_area());
         steps.clear();
         steps.extend(path.vertices().iter().map(|v| Step { beta: Rgb::ONE, ..Step::first(v.point, PdfArea(1.0)) }));
+        for (i, step) in steps.iter_mut().enumerate() {
+            step.vertex.point.media = path.sides(i).unwrap_or(step.vertex.point.media);
+        }
         for (step, v) in steps.iter_mut().skip(1).zip(path.visibility()) {
             step.back.visibility = *v as f32;
         }
@@ -434,6 +470,7 @@ impl<'a> JoinedPath<'a> {
             joint,
             raster,
             technique,
+            wavelength: path.wavelength(),
         })
     }
 }

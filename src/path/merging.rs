@@ -30,7 +30,7 @@ pub struct LightVertex<L: Lanes = One> {
     connects: L::F,
     /// N_g, packed.
     normal: L::U,
-    /// The vertices of the subpath.
+    /// The vertices of the subpath; and [`DISPERSED`].
     vertices: L::U,
     /// Which light subpath of the pass.
     path: L::U,
@@ -48,6 +48,10 @@ pub struct Meeting<L: Lanes = One> {
     /// l_i and l_{i−1}.
     pub light_density: [PdfArea<L::F>; 2],
 }
+
+/// Of [`LightVertex::vertices`] the bit that says that a vertex before the last, and after the light, lies on a
+/// dispersive interface.
+const DISPERSED: u32 = 1 << 31;
 
 /// Two normals farther apart than this angle's cosine are those of different surfaces.
 const SAME_SURFACE: f32 = 0.5;
@@ -190,6 +194,18 @@ impl LightVertex {
         Some(Self::of((here, &Tail::of(prefix)), prefix.len() as u32, beginning, rivals, path))
     }
 
+    /// The same, said to have come over a dispersive interface or not.
+    #[must_use]
+    pub fn dispersed(self, is_dispersed: bool) -> Self {
+        Self { vertices: self.vertices() | if is_dispersed { DISPERSED } else { 0 }, ..self }
+    }
+
+    /// Whether a path that meets it is dispersed whatever the camera's part is.
+    #[inline]
+    pub fn is_dispersed(&self) -> bool {
+        self.vertices & DISPERSED != 0
+    }
+
     /// The vertex that is kept so.
     #[inline]
     pub fn of_record(record: &Record) -> Self {
@@ -222,7 +238,7 @@ impl LightVertex {
     /// The vertices of the subpath.
     #[inline]
     pub fn vertices(&self) -> u32 {
-        self.vertices
+        self.vertices & !DISPERSED
     }
 
     /// Which light subpath of the pass.
@@ -234,7 +250,7 @@ impl LightVertex {
     /// What merges with it at the `t`-th vertex of a camera subpath.
     #[inline]
     pub fn strategy(&self, t: u32) -> Strategy {
-        Strategy { s: self.vertices - 1, t }
+        Strategy { s: self.vertices() - 1, t }
     }
 }
 

@@ -16,6 +16,7 @@ use crate::{
         camera::Raster,
         media::{Inside, Media},
         point::Point,
+        wavelength::Wavelength,
     },
 };
 
@@ -35,6 +36,7 @@ pub struct Subpath {
     inside: Inside,
     /// What a walk from the camera was in on arriving at its second vertex; `None` for empty space without a boundary.
     inside_at_second: Option<Inside>,
+    wavelength: Option<Wavelength>,
     lost_to_sides: u64,
 }
 
@@ -63,6 +65,7 @@ impl Subpath {
             rivals: RunningSum::default(),
             inside: Inside::NOTHING,
             inside_at_second: None,
+            wavelength: None,
             lost_to_sides: 0,
         }
     }
@@ -80,6 +83,12 @@ impl Subpath {
     #[must_use]
     pub fn summing(self, rivals: RunningSum) -> Self {
         Self { rivals, ..self }
+    }
+
+    /// Gives the walks to come a wavelength: all that are joined with each other need the same.
+    #[inline(always)]
+    pub fn set_wavelength(&mut self, wavelength: Option<Wavelength>) {
+        self.wavelength = wavelength;
     }
 
     /// The vertices with their prefix products.
@@ -326,7 +335,7 @@ impl Subpath {
     #[inline(never)]
     fn come_through(&mut self, scene: &Scene, media: &Media, direction: Vec3, transport: Transport) {
         let [.., from, here] = &mut self.room[..self.len] else { return };
-        let medium = self.inside.arrive(scene, media, &mut here.vertex.point, direction);
+        let medium = self.inside.arrive(scene, media, &mut here.vertex.point, direction, self.wavelength);
         if transport == Transport::Radiance && self.len == 2 {
             self.inside_at_second = Some(self.inside);
         }

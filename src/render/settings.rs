@@ -59,7 +59,7 @@ pub struct Settings {
     pub filter: Filter,
     /// The part of the image to render.
     pub crop: Crop,
-    /// The largest value per channel of a single contribution, if contributions are clamped (which biases the image).
+    /// The largest magnitude per channel of a single contribution, if they are clamped (which biases the image).
     pub clamp: Option<f32>,
     /// What is behind everything.
     pub background: Background,
@@ -99,7 +99,7 @@ impl Settings {
     #[inline(always)]
     pub(super) fn clamped(&self, value: Rgb) -> Rgb {
         match self.clamp {
-            Some(most) => value.min(Rgb::splat(most)),
+            Some(most) => value.min(Rgb::splat(most)).max(Rgb::splat(-most)),
             None => value,
         }
     }

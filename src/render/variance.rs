@@ -2,7 +2,7 @@
 
 use rayon::prelude::*;
 
-use super::{Renderer, padded::Pixel};
+use super::{Renderer, padded::Pixel, wavelength};
 use crate::{
     integrator::{Integrator, Samplers, Scratch, Sink, Weighting},
     math::{Rgb, luminance},
@@ -107,7 +107,8 @@ fn of_pixel<S: Sampler>(
         let mut found = Found::default();
         for sample in 0..SAMPLES {
             let mut streams = S::streams(seed, pixel.key(), sample);
-            let samplers = &mut Samplers::of(&mut streams);
+            let wavelength = wavelength::drawn(renderer.scene, seed, pixel.key(), sample);
+            let samplers = &mut Samplers::of(&mut streams, wavelength);
             samplers.camera.start(Block::START);
             let raster = Raster(pixel.corner() + samplers.camera.next_2d());
             scratch.start_over();

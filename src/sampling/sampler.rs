@@ -168,6 +168,9 @@ impl Block {
         Self { number: n << 9 | t, spread: Spread::Padded(1 << 30) }
     }
 
+    /// The wavelength.
+    pub const WAVELENGTH: Self = Self { number: 0, spread: Spread::Padded(1 << 29) };
+
     /// The `n`-th of several samples that are taken for the same purpose.
     pub const fn repeated(number: u32, n: u32) -> Self {
         if n == 0 { Self::joint(number) } else { Self { number, spread: Spread::Padded(n) } }

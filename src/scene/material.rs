@@ -29,6 +29,8 @@ pub struct Material {
     pub back_faces: BackFaces,
     /// σ_a of the volume that a [`Bsdf::Dielectric`] bounds, 1/m; zero for clear volumes and all other materials.
     pub absorption: Rgb,
+    /// 20/V_d of that volume, not negative: see [`Index`](super::wavelength::Index). 0 for one that does not disperse.
+    pub dispersion: f32,
     /// What varies over the surface, resolved at each hit; `None` for a material that is the same everywhere.
     pub maps: Option<Box<Maps>>,
 }
@@ -376,6 +378,7 @@ impl Material {
             emission_sides: EmissionSides::Front,
             back_faces: BackFaces::Drawn,
             absorption: Rgb::ZERO,
+            dispersion: 0.0,
             maps: None,
         }
     }

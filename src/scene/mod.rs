@@ -17,6 +17,7 @@ pub mod point;
 pub(crate) mod records;
 pub mod texture;
 pub mod tilt;
+pub mod wavelength;
 
 use std::{ops::ControlFlow, sync::OnceLock};
 

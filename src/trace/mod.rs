@@ -220,7 +220,7 @@ impl Collector for Finder<'_, '_> {
         let value = value * filter;
         self.found.contributions += 1;
         self.found.sum += value.as_dvec3();
-        let size = luminance(value);
+        let size = luminance(value).abs();
         if self.found.top.admits(size) {
             let contribution = self.contribution(path, value, filter);
             self.found.top.insert(size, contribution);
@@ -259,7 +259,7 @@ impl<'a> Finder<'_, 'a> {
     fn kept(&self, path: &JoinedPath) -> Path<'a> {
         let (raster, path) = (path.raster(), path.to_path());
         let kept = Path::new(self.scene, path.vertices().to_vec()).with_visibility(path.visibility().to_vec());
-        let kept = kept.arriving_at(raster);
+        let kept = kept.arriving_at(raster).at_wavelength(path.wavelength());
         match path.merged() {
             Some((i, q)) => kept.merged_at(i, *q),
             None => kept,

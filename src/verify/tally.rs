@@ -176,11 +176,13 @@ impl Collector for Tally<'_> {
 
         let Some(sizes) = &mut self.sizes else { return };
         let own = integrators[self.own].techniques();
-        let single = f64::from(luminance(path.contribution()) * path.survival() / own.samples(path.technique()));
+        // Of a dispersed path channels may be negative: its size is what counts.
+        let contribution = luminance(path.contribution()).abs();
+        let single = f64::from(contribution * path.survival() / own.samples(path.technique()));
         for (i, other) in integrators.iter().enumerate() {
             if i != self.own && covering.holds(Covering::of(&[i])) {
                 let relative = relative_deposit(path, path.technique(), own, other.techniques(), other.heuristic());
-                sizes.count(class, i, tile - 3, single * relative / unit, mass);
+                sizes.count(class, i, tile - 3, single * relative / unit, mass.abs());
             }
         }
     }

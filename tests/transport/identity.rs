@@ -59,6 +59,7 @@ fn condition(scene: &Scene, path: &Path, strategy: Technique, integrator: &Integ
     for k in 0..6_usize {
         let vertices = path.vertices().iter().enumerate().map(|(i, v)| perturbed(v, 7 * i + 5 * k)).collect();
         let near = Path::new(scene, vertices).with_visibility(path.visibility().to_vec());
+        let near = near.at_wavelength(path.wavelength());
         let near = match path.merged() {
             Some((i, q)) => near.merged_at(i, perturbed(&Vertex::new(*q), 3 * i + k).point),
             None => near,
@@ -112,7 +113,8 @@ fn disagreement(scene: &Scene, path: &JoinedPath, found: Claim, integrator: &Int
     let explicit = path.to_path();
     let expected = defined(&explicit, strategy, integrator);
     let slack = condition(scene, &explicit, strategy, integrator);
-    let largest = expected.contribution.max_element();
+    // Of a dispersed path a channel may be negative.
+    let largest = expected.contribution.abs().max_element();
     let off = (found.contribution - expected.contribution).abs();
     let allowed = 12.0 * slack.contribution + 2e-4 * largest;
     let weight_off = (found.weight - expected.weight).abs();

@@ -11,6 +11,7 @@ mod caustics;
 mod closed_forms;
 mod coincident;
 mod covering;
+mod dispersion;
 mod exactness;
 mod gallery;
 mod gaps;

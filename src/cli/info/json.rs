@@ -67,8 +67,8 @@ fn animation(animation: &NamedAnimation) -> Value {
     json!({ "name": animation.name, "seconds": animation.seconds.map(number), "shown": animation.shown })
 }
 
-/// Radiance and absorption are linear RGB, per steradian and square metre or nit, and per metre; textures are those
-/// that are read.
+/// Radiance and absorption are linear RGB, per steradian and square metre or nit, and per metre; dispersion is 20 over
+/// Abbe's number; textures are those that are read.
 fn material(material: &Material) -> Value {
     let maps = material.maps.as_ref();
     let slots: [(&str, Option<&Texture>); 7] = [
@@ -97,6 +97,7 @@ fn material(material: &Material) -> Value {
             EmissionSides::Both => 2,
         },
         "absorption": vector(material.absorption),
+        "dispersion": number(material.dispersion),
         "alpha": match material.alpha_mode {
             AlphaMode::Opaque => json!({ "mode": "opaque" }),
             AlphaMode::Mask { factor, cutoff } =>

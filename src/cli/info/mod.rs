@@ -162,7 +162,9 @@ fn materials(materials: &[Material]) -> String {
     }
     let kinds = kinds.iter().map(|(kind, count)| format!("{count} {kind}")).collect::<Vec<_>>().join(", ");
     let emitters = materials.iter().filter(|material| material.emits()).count();
-    format!("{}: {kinds}; emitting: {emitters}", materials.len())
+    let dispersing = materials.iter().filter(|material| material.dispersion > 0.0).count();
+    let dispersing = if dispersing > 0 { format!("; dispersing: {dispersing}") } else { String::new() };
+    format!("{}: {kinds}; emitting: {emitters}{dispersing}", materials.len())
 }
 
 /// `12 emissive triangles, 1 emissive sphere, 2 points, 1 sun`.

@@ -51,6 +51,7 @@ fn contribution(scene: &Scene, one: &Contribution<'_>) -> Value {
         })),
         "throughput": vector(one.path.throughput()),
         "contribution": vector(one.path.contribution()),
+        "wavelength": one.path.wavelength().map(|x| exact(x.nanometres())),
         "survival": exact(one.survival),
         "weight": one.own().weight,
         "fast_weight": exact(one.fast_weight),

@@ -48,7 +48,8 @@ pub fn describe(job: &Job<'_>, scene: &Scene, trace: &Trace<'_>) -> String {
         let _ = writeln!(text, "\n{}. {:.1} %: {}", i + 1, part(one.value), found(one, trace));
         let _ = write!(text, "{}", columns(&vertices(scene, one)));
         let (t, f) = (rgb(one.path.throughput()), rgb(one.path.contribution()));
-        let _ = writeln!(text, "   T = {t}; F = {f}");
+        let wavelength = one.path.wavelength().map(|x| format!("; λ = {} nm", brief(x.nanometres())));
+        let _ = writeln!(text, "   T = {t}; F = {f}{}", wavelength.unwrap_or_default());
         let _ = write!(text, "{}", columns(&techniques(one)));
         for sentence in unable(one).into_iter().chain(sentences(one, candidate.integrator)) {
             let _ = writeln!(text, "   {sentence}");

@@ -271,7 +271,8 @@ impl Integrator {
             && self.connections.is_none()
             && !(scene.camera.has_aperture() || scene.camera.is_orthographic())
             && scene.is_all_there()
-            && scene.absorbing_media().is_none();
+            && scene.absorbing_media().is_none()
+            && !scene.disperses();
         let samples = scene.lights().next_event_samples();
         let most = table.strategies().map(|x| table.multiplicity(x) * if x.s == 1 { samples } else { 1 }).max();
         // Independent numbers would have to be counted: a walk from the camera takes some at certain vertices only.

@@ -287,7 +287,7 @@ impl Walks {
         if let Some(media) = scene.media() {
             let inside = &mut inside[self.0.words[6][at] as usize];
             if !inside.may_pass_over(media, &point) {
-                inside.arrive(scene, media, &mut point, ray.direction);
+                inside.arrive(scene, media, &mut point, ray.direction, None);
             }
         }
         Some(point)

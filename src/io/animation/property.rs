@@ -52,6 +52,7 @@ pub(in crate::io) const PROPERTIES: &[(&str, Kind)] = &[
     ("/materials/{}/extensions/KHR_materials_clearcoat/clearcoatRoughnessFactor", ONE),
     ("/materials/{}/extensions/KHR_materials_diffuse_transmission/diffuseTransmissionColorFactor", COLOR),
     ("/materials/{}/extensions/KHR_materials_diffuse_transmission/diffuseTransmissionFactor", ONE),
+    ("/materials/{}/extensions/KHR_materials_dispersion/dispersion", ONE),
     ("/materials/{}/extensions/KHR_materials_emissive_strength/emissiveStrength", ONE),
     ("/materials/{}/extensions/KHR_materials_ior/ior", ONE),
     ("/materials/{}/extensions/KHR_materials_iridescence/iridescenceFactor", ONE),

@@ -104,6 +104,10 @@ fn material_with(pointer: &str) -> Value {
         "KHR_materials_iridescence" if pointer.ends_with("Minimum") => {
             json!({ name: { "iridescenceFactor": 0.25, "iridescenceThicknessTexture": texture } })
         }
+        "KHR_materials_dispersion" => json!({
+            "KHR_materials_transmission": { "transmissionFactor": 1.0 },
+            "KHR_materials_volume": { "thicknessFactor": 1.0 },
+        }),
         "KHR_materials_iridescence" => json!({ name: { "iridescenceFactor": 0.25 } }),
         "KHR_materials_pbrSpecularGlossiness" => json!({ name: {} }),
         "KHR_materials_sheen" => json!({ name: { "sheenColorFactor": [0.25, 0.25, 0.25] } }),

@@ -110,7 +110,7 @@ fn our_scenes_are_read_without_a_warning() {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes");
     let mut files = Vec::new();
     gltf_files(&folder, &mut files);
-    assert_eq!(files.len(), 17);
+    assert_eq!(files.len(), 18);
     for path in files {
         let loaded = crate::io::load(&path).unwrap();
         assert!(loaded.warnings.is_empty(), "{}: {:?}", path.display(), loaded.warnings);

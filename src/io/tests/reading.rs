@@ -201,6 +201,29 @@ fn materials_become_bsdfs() {
 }
 
 #[test]
+fn volumes_disperse() {
+    let glass = |thickness: f32, dispersion: Value| {
+        json!({ "pbrMetallicRoughness": { "metallicFactor": 0 }, "extensions": {
+            "KHR_materials_transmission": { "transmissionFactor": 1 },
+            "KHR_materials_volume": { "thicknessFactor": thickness },
+            "KHR_materials_dispersion": dispersion } })
+    };
+    let read = |material: Value| load(&with("/materials", json!([material])));
+    let loaded = read(glass(1.0, json!({ "dispersion": 0.36 }))).unwrap();
+    assert_eq!((loaded.materials[0].dispersion, &loaded.warnings[..]), (0.36, &[][..]));
+    let loaded = read(glass(1.0, json!({}))).unwrap();
+    assert_eq!((loaded.materials[0].dispersion, &loaded.warnings[..]), (0.0, &[][..]));
+    let thin = read(glass(0.0, json!({ "dispersion": 0.36 }))).unwrap();
+    assert_eq!(thin.materials[0].dispersion, 0.0);
+    let warning = "material “material 0” bounds no volume: KHR_materials_dispersion is not applied to it";
+    assert_eq!(thin.warnings, [warning]);
+    let negative = read(glass(1.0, json!({ "dispersion": -1 }))).unwrap();
+    assert_eq!(negative.materials[0].dispersion, 0.0);
+    assert!(negative.warnings[0].ends_with("dispersion -1 is taken as 0"), "{:?}", negative.warnings);
+    assert!(read(glass(1.0, json!({ "dispersion": "much" }))).is_err());
+}
+
+#[test]
 fn the_wanted_scene_is_shown() {
     let mut document = with("/scenes", json!([{ "name": "full", "nodes": [0] }, { "name": "0" }, {}]));
     document["scene"] = json!(0);

@@ -21,6 +21,7 @@ use super::{
     geometry::{Bounds, Form, Geometry, PrimitiveId, Ray, Shells},
     light::Lights,
     material::{AlphaMode, Material, MaterialId},
+    wavelength::{Index, Wavelength},
 };
 use crate::math::Rgb;
 
@@ -170,6 +171,8 @@ pub struct Media {
     absorb: bool,
     /// Whether one that is no body does.
     absorb_locally: bool,
+    /// Whether the index of any depends on the wavelength.
+    disperse: bool,
     /// A box around all bodies.
     bodies: Bounds,
     camera: OnceLock<(Bounds, Start)>,
@@ -180,7 +183,7 @@ pub struct Media {
 /// What fills a volume.
 #[derive(Clone, Copy, Debug)]
 struct Medium {
-    ior: f32,
+    index: Index,
     /// σ_a, 1/m.
     absorption: Rgb,
 }
@@ -202,9 +205,10 @@ impl Media {
         let mut bodies: Vec<_> = shells.all.iter().zip(&faults).filter(|(_, fault)| fault.is_none()).collect();
         // A stable sort: of equal volumes the lower material comes first.
         bodies.sort_by(|(a, _), (b, _)| a.volume.total_cmp(&b.volume));
-        let volume = |m: &Material| Medium { ior: m.volume_ior().unwrap_or(1.0), absorption: m.absorption };
+        let index = |m: &Material| m.volume_ior().map_or(Index::EMPTY, |ior| Index::new(ior, m.dispersion));
+        let volume = |m: &Material| Medium { index: index(m), absorption: m.absorption };
         let volumes: Vec<_> = materials.iter().map(volume).collect();
-        let mut media = vec![Medium { ior: 1.0, absorption: Rgb::ZERO }];
+        let mut media = vec![Medium { index: Index::EMPTY, absorption: Rgb::ZERO }];
         for (shell, _) in &bodies {
             let id = shell.material.0 as usize;
             boundaries[id] = Boundary::Body(MediumId(media.len() as u8));
@@ -214,6 +218,7 @@ impl Media {
         let absorb = shells.all.iter().any(|shell| absorbs(shell.material));
         let absorb_locally =
             shells.all.iter().zip(&faults).any(|(shell, fault)| fault.is_some() && absorbs(shell.material));
+        let disperse = shells.all.iter().any(|shell| volumes[shell.material.0 as usize].index.disperses());
         let boxes: Vec<_> = bodies.iter().map(|(shell, _)| shell.bounds).collect();
         let mut result = Self {
             media,
@@ -222,6 +227,7 @@ impl Media {
             meet: shells.meet,
             absorb,
             absorb_locally,
+            disperse,
             bodies: boxes.iter().copied().reduce(Bounds::union).unwrap_or(NOWHERE),
             camera: OnceLock::new(),
             lights: Vec::new(),
@@ -255,20 +261,26 @@ impl Media {
         self.absorb
     }
 
+    /// Whether the index of any volume depends on the wavelength.
+    #[inline(always)]
+    pub fn disperse(&self) -> bool {
+        self.disperse
+    }
+
     /// σ_a of a medium, 1/m.
     #[inline]
     pub fn absorption(&self, medium: MediumId) -> Rgb {
         self.media[usize::from(medium.0)].absorption
     }
 
-    /// η of a medium.
-    pub fn ior(&self, medium: MediumId) -> f32 {
-        self.media[usize::from(medium.0)].ior
+    /// The index of refraction of a medium.
+    pub fn index(&self, medium: MediumId) -> Index {
+        self.media[usize::from(medium.0)].index
     }
 
-    /// The index of refraction of a material's own volume.
-    pub fn ior_behind(&self, material: MaterialId) -> f32 {
-        self.volumes[material.0 as usize].ior
+    /// That of a material's own volume.
+    pub fn index_behind(&self, material: MaterialId) -> Index {
+        self.volumes[material.0 as usize].index
     }
 
     /// σ_a of a material's own volume, 1/m: what [`Boundary::Local`] asks for.
@@ -330,10 +342,16 @@ impl Media {
 
     /// Puts the scattering between two media in place of that between a volume and empty space: η at a boundary is that
     /// of the two media beside it, `front` and `behind`. Where both are the same, the boundary lies in a body that
-    /// comes before its own, and all light passes.
-    pub fn settle(&self, bsdf: &mut Bsdf, material: MaterialId, [front, behind]: [MediumId; 2]) {
+    /// comes before its own, and all light passes. Indices are those of the wavelength, if there is one.
+    pub fn settle(
+        &self,
+        bsdf: &mut Bsdf,
+        material: MaterialId,
+        [front, behind]: [MediumId; 2],
+        wavelength: Option<Wavelength>,
+    ) {
         let Bsdf::Dielectric(boundary) = bsdf else { return };
-        let before = self.ior(front);
+        let before = self.index(front).at(wavelength);
         let ratio = |behind: f32| if before > 0.0 { behind / before } else { behind };
         match self.boundary(material) {
             Boundary::Body(_) if front == behind => {
@@ -342,9 +360,19 @@ impl Media {
                 boundary.alpha = 0.0;
                 boundary.transmission = 1.0;
             }
-            Boundary::Body(_) => boundary.ior = ratio(self.ior(behind)),
-            Boundary::Local => boundary.ior = ratio(self.ior_behind(material)),
+            Boundary::Body(_) => boundary.ior = ratio(self.index(behind).at(wavelength)),
+            Boundary::Local => boundary.ior = ratio(self.index_behind(material).at(wavelength)),
             Boundary::Nothing => {}
+        }
+    }
+
+    /// Whether what [`Self::settle`] finds between these media depends on the wavelength.
+    #[inline]
+    pub fn disperse_between(&self, material: MaterialId, [front, behind]: [MediumId; 2]) -> bool {
+        match self.boundary(material) {
+            Boundary::Body(_) => front != behind && (self.index(front).disperses() || self.index(behind).disperses()),
+            Boundary::Local => self.index(front).disperses() || self.index_behind(material).disperses(),
+            Boundary::Nothing => false,
         }
     }
 }

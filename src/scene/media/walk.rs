@@ -12,6 +12,7 @@ use crate::scene::{
     light::Emission,
     material::MaterialId,
     point::Point,
+    wavelength::Wavelength,
 };
 
 /// What a walk is in: on its way, and at its last vertex on the other side.
@@ -70,8 +71,15 @@ impl Inside {
     }
 
     /// The walk arrives at `point` in the unit direction `w`: finds the media on both sides, and settles how it
-    /// scatters there. Returns the medium that the walk has come through.
-    pub fn arrive(&mut self, scene: &Scene, media: &Media, point: &mut Point, w: Vec3) -> MediumId {
+    /// scatters there, at the walk's wavelength if it has one. Returns the medium that the walk has come through.
+    pub fn arrive(
+        &mut self,
+        scene: &Scene,
+        media: &Media,
+        point: &mut Point,
+        w: Vec3,
+        wavelength: Option<Wavelength>,
+    ) -> MediumId {
         let leaves = point.normal.dot(w) > 0.0;
         let boundary = media.boundary(point.material);
         let near = self.come_near(boundary, leaves);
@@ -85,18 +93,18 @@ impl Inside {
             self.look_beyond(boundary, leaves)
         };
         point.media = if leaves { [far, near] } else { [near, far] };
-        media.settle(&mut point.bsdf, point.material, point.media);
+        media.settle(&mut point.bsdf, point.material, point.media, wavelength);
         near
     }
 
-    /// The same at a surface with which no other coincides: see [`Media::meet`]. The walk `leaves` what lies behind the
-    /// surface, or enters it.
+    /// The same without a wavelength at a surface with which no other coincides: see [`Media::meet`]. The walk `leaves`
+    /// what lies behind the surface, or enters it.
     #[inline(never)]
     pub fn arrive_alone(&mut self, media: &Media, bsdf: &mut Bsdf, material: MaterialId, leaves: bool) {
         let boundary = media.boundary(material);
         let near = self.come_near(boundary, leaves);
         let far = self.look_beyond(boundary, leaves);
-        media.settle(bsdf, material, if leaves { [far, near] } else { [near, far] });
+        media.settle(bsdf, material, if leaves { [far, near] } else { [near, far] }, None);
     }
 
     /// The medium through which the walk has come to a surface.

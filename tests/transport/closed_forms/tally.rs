@@ -136,7 +136,7 @@ fn pass(scene: &Scene, integrator: &Integrator, seed: u64, passes: std::ops::Ran
     for pass in passes {
         for (x, y) in (0..sensor.height).flat_map(|y| (0..sensor.width).map(move |x| (x, y))) {
             let mut streams = Independent::streams(seed, y << 16 | x, pass);
-            let samplers = &mut Samplers::of(&mut streams);
+            let samplers = &mut Samplers::of(&mut streams, None);
             let raster = Raster(glam::Vec2::new(x as f32, y as f32) + samplers.camera.next_2d());
             let all = LightStage { connects: Connects::Yes, splats: Splats::Yes, keeps: None, paths: 1 };
             scratch.start_over();
