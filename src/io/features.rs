@@ -33,6 +33,12 @@ const PLACES: &str = "tests/reading::spheres_scale_with_their_node";
 /// The extensions that are read, in alphabetical order.
 pub const EXTENSIONS: &[Extension] = &[
     of(
+        "EXT_lights_ies",
+        "IES LM-63 files of type C, multiplier and colour",
+        "photometry of types A and B; TILT",
+        &["tests/ies::a_profile_stands_in_its_nodes_frame", "tests/ies::horizontal_angles_are_continued_by_symmetry"],
+    ),
+    of(
         "EXT_mesh_gpu_instancing",
         "TRANSLATION, ROTATION and SCALE of instances",
         "attributes of other names; a skinned mesh is there once",

@@ -55,6 +55,7 @@ mod error;
 mod extensions;
 mod far;
 mod features;
+mod ies;
 mod image;
 mod influence;
 mod instancing;
@@ -110,6 +111,7 @@ use crate::scene::{
 use accessor::Accessors;
 use buffer::{Buffers, Hash};
 use error::{Fault, one_line, quoted};
+use ies::Profiles;
 use image::Images;
 use instancing::{Counts, Shown};
 use limits::Place;
@@ -250,8 +252,9 @@ pub fn read(bytes: &[u8], folder: &Path, file: &str, options: &LoadOptions<'_>) 
     let exact = far::exact(&root, json);
     scenes::choose(&mut root, options.scene, file, &mut warnings)?;
     let variant = variants::choose(&mut root, options.variant, file)?;
+    let profiles = ies::profiles(&root, &buffers, place, &mut hash, &mut warnings).map_err(|fault| fault.at(file))?;
     let images = Images::new(&root, &buffers, place, &mut hash);
-    let assembled = assemble(&root, &buffers, images, &exact, place.limits, warnings);
+    let assembled = assemble(&root, &buffers, (images, profiles), &exact, place.limits, warnings);
     let mut loaded = assembled.map_err(|fault| fault.at(file))?;
     let at = options.at.filter(|_| posed.is_some()).map(|at| at.seconds);
     loaded.summary = Summary { binary: chunks.binary, variant, animations, at, ..loaded.summary };
@@ -263,14 +266,14 @@ pub fn read(bytes: &[u8], folder: &Path, file: &str, options: &LoadOptions<'_>) 
 fn assemble(
     root: &Root,
     buffers: &Buffers,
-    images: Images<'_>,
+    (images, profiles): (Images<'_>, Profiles),
     exact: &[Value],
     limits: Limits,
     mut warnings: Vec<String>,
 ) -> Result<Loaded, Fault> {
     let materials = material::all(root, images, &mut warnings)?;
     let mut scene = Assembly::new(root, buffers, limits, materials, warnings);
-    scene.nodes(exact)?;
+    scene.nodes(exact, &profiles)?;
     let lit = |id: MaterialId| !scene.materials[scene.sources[id.0 as usize]].unlit();
     let outshone = light::outshone(&scene.loaded, lit).map(|(id, what)| {
         let name = quoted(&scene.loaded.materials[id.0 as usize].name);
@@ -342,7 +345,7 @@ impl<'a> Assembly<'a> {
         }
     }
 
-    fn nodes(&mut self, exact: &[Value]) -> Result<(), Fault> {
+    fn nodes(&mut self, exact: &[Value], profiles: &Profiles) -> Result<(), Fault> {
         let mut nodes = node::hierarchy(self.root, exact, self.limits.depth, &mut self.loaded.warnings)?;
         self.count_uses(&nodes)?;
         let extents = self.extents(&nodes)?;
@@ -370,6 +373,7 @@ impl<'a> Assembly<'a> {
                 let light = light::light(self.root, placed, light.light.value(), &mut self.loaded.warnings)?;
                 self.loaded.lights.extend(light);
             }
+            self.loaded.lights.extend(ies::light(node, placed, profiles)?);
             if let Some(sphere) = extensions.others.get("PATHSPACE_sphere") {
                 self.sphere(sphere, placed)?;
             }

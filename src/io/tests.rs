@@ -8,6 +8,7 @@ mod errors;
 mod factors;
 mod far;
 mod features;
+mod ies;
 mod instancing;
 mod ktx2;
 mod layers;

@@ -123,9 +123,17 @@ fn layer_slots(layers: &LayerMaps) -> [(&'static str, Option<&Texture>); 10] {
     ]
 }
 
-/// Intensities are linear RGB, candela; irradiance is in lux.
+/// Intensities are linear RGB, candela; irradiance is in lux, and flux in lumen before it is coloured.
 fn punctual_light(loaded: &Loaded, light: &PunctualLight) -> Value {
     match *light {
+        PunctualLight::Profile { position, to_world, color, ref profile } => json!({
+            "type": "profile",
+            "position": place(loaded, position),
+            "direction": vector(-to_world.z_axis),
+            "color": vector(color),
+            "peak": number(profile.peak()),
+            "flux": number(profile.integral()),
+        }),
         PunctualLight::Point { position, intensity } => {
             json!({ "type": "point", "position": place(loaded, position), "intensity": vector(intensity) })
         }
