@@ -39,6 +39,15 @@ pub const EXTENSIONS: &[Extension] = &[
         &["tests/ies::a_profile_stands_in_its_nodes_frame", "tests/ies::horizontal_angles_are_continued_by_symmetry"],
     ),
     of(
+        "EXT_lights_image_based",
+        "the faces of the sharpest level, intensity, rotation",
+        "blurred levels and irradiance coefficients: both are computed",
+        &[
+            "tests/image_light::faces_are_what_one_sees_from_the_middle_of_the_cube",
+            "tests/image_light::a_constant_cube_has_the_irradiance_of_its_coefficients",
+        ],
+    ),
+    of(
         "EXT_mesh_gpu_instancing",
         "TRANSLATION, ROTATION and SCALE of instances",
         "attributes of other names; a skinned mesh is there once",

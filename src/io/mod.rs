@@ -57,6 +57,7 @@ mod far;
 mod features;
 mod ies;
 mod image;
+mod image_light;
 mod influence;
 mod instancing;
 mod ktx2;
@@ -82,7 +83,7 @@ mod variants;
 #[cfg(test)]
 mod tests;
 
-use std::{collections::HashMap, path::Path};
+use std::{collections::HashMap, path::Path, sync::Arc};
 
 use glam::{DVec3, Vec3};
 use gltf_json::Root;
@@ -95,6 +96,7 @@ pub use environment::{
 };
 pub use error::LoadError;
 pub use features::{EXTENSIONS, Extension};
+pub use image_light::ImageLight;
 pub use layered::{Layered, read_attributes, read_layered};
 pub use light::PunctualLight;
 pub use limits::{Limits, LoadOptions, Outside, PosedAt, Required};
@@ -131,6 +133,8 @@ pub struct Loaded {
     pub materials: Vec<Material>,
     /// Lights without a surface. Emissive surfaces are found by their materials.
     pub lights: Vec<PunctualLight>,
+    /// What lies around the scene that is shown, if the file says so (`EXT_lights_image_based`).
+    pub environment: Option<ImageLight>,
     /// The cameras, in the order of the hierarchy.
     pub cameras: Vec<NamedCamera>,
     /// What the file asks for and does not get, one sentence each.
@@ -145,14 +149,18 @@ impl Loaded {
     /// Whether anything in the scene emits light.
     pub fn is_lit(&self) -> bool {
         let emits = |id: MaterialId| self.materials[id.0 as usize].emits();
-        !self.lights.is_empty() || self.geometry.with_material(&emits).next().is_some()
+        let alone = !self.lights.is_empty() || self.environment.is_some();
+        alone || self.geometry.with_material(&emits).next().is_some()
     }
 
-    /// The scene seen by `camera`, with `environment` around it: a light of its kind, if it is to have one.
+    /// The scene seen by `camera`, with `environment` around it: a light of its kind in place of what the file has
+    /// there.
     ///
     /// # Panics
     /// As [`Scene::new`].
     pub fn into_scene(self, camera: Camera, environment: Option<Light>) -> Scene {
+        let own = || Some(Light::EnvironmentMap(Arc::new(self.environment.as_ref()?.to_map(1.0).ok()?)));
+        let environment = environment.or_else(own);
         let lights: Vec<_> = self.lights.iter().map(PunctualLight::to_light).chain(environment).collect();
         let mut scene = Scene::new(self.geometry, self.materials, &lights, camera);
         scene.centre = self.centre;
@@ -253,10 +261,12 @@ pub fn read(bytes: &[u8], folder: &Path, file: &str, options: &LoadOptions<'_>) 
     scenes::choose(&mut root, options.scene, file, &mut warnings)?;
     let variant = variants::choose(&mut root, options.variant, file)?;
     let profiles = ies::profiles(&root, &buffers, place, &mut hash, &mut warnings).map_err(|fault| fault.at(file))?;
-    let images = Images::new(&root, &buffers, place, &mut hash);
+    let mut images = Images::new(&root, &buffers, place, &mut hash);
+    let environment = image_light::image_light(&root, &mut images, &place.limits).map_err(|fault| fault.at(file))?;
     let assembled = assemble(&root, &buffers, (images, profiles), &exact, place.limits, warnings);
     let mut loaded = assembled.map_err(|fault| fault.at(file))?;
     let at = options.at.filter(|_| posed.is_some()).map(|at| at.seconds);
+    loaded.environment = environment;
     loaded.summary = Summary { binary: chunks.binary, variant, animations, at, ..loaded.summary };
     loaded.hash = hash.hex();
     Ok(loaded)
@@ -336,6 +346,7 @@ impl<'a> Assembly<'a> {
                 centre: DVec3::ZERO,
                 materials: materials.iter().take(root.materials.len()).map(material::Read::plain).collect(),
                 lights: Vec::new(),
+                environment: None,
                 cameras: Vec::new(),
                 warnings,
                 hash: String::new(),

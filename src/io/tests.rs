@@ -9,6 +9,7 @@ mod factors;
 mod far;
 mod features;
 mod ies;
+mod image_light;
 mod instancing;
 mod ktx2;
 mod layers;

@@ -178,7 +178,7 @@ fn lights(loaded: &Loaded) -> String {
 }
 
 /// How many lights there are of each kind.
-pub fn light_kinds(loaded: &Loaded) -> [(usize, &'static str); 6] {
+pub fn light_kinds(loaded: &Loaded) -> [(usize, &'static str); 7] {
     let geometry = &loaded.geometry;
     let emits = |id: MaterialId| loaded.materials[id.0 as usize].emits();
     let (spheres, triangles): (Vec<_>, Vec<_>) = geometry.with_material(&emits).partition(|&id| geometry.is_sphere(id));
@@ -190,6 +190,7 @@ pub fn light_kinds(loaded: &Loaded) -> [(usize, &'static str); 6] {
         (punctual(|light| matches!(light, PunctualLight::Spot { .. })), "spots"),
         (punctual(|light| matches!(light, PunctualLight::Profile { .. })), "light profiles"),
         (punctual(|light| matches!(light, PunctualLight::Directional { .. })), "suns"),
+        (usize::from(loaded.environment.is_some()), "environments"),
     ]
 }
 
