@@ -71,6 +71,8 @@ fn wrong_usage_is_refused() {
         (&["--filter", "gauss"], "gauss"),
         (&["--build", "slow"], "slow"),
         (&["--exposure", "nan"], "finite"),
+        (&["--tone", "aces"], "filmic"),
+        (&["--white-balance", "100"], "from 1667 to 25000 kelvin"),
         (&["--clamp", "-1"], "--clamp"),
         (&["--roulette", "sometimes"], "off"),
         (&["--crop", "5,5,5,9"], "at least one pixel"),
