@@ -160,7 +160,7 @@ pub const EXTENSIONS: &[Extension] = &[
     of("PATHSPACE_sphere", "analytic spheres, of this project", "", &[PLACES]),
     of(
         "PATHSPACE_thin_lens",
-        "lenses of cameras, of this project",
+        "lenses of cameras and their blades, of this project",
         "",
         &["tests/reading::lenses_and_orthographic_films_are_in_metres_of_the_world"],
     ),

@@ -163,10 +163,15 @@ fn camera(loaded: &Loaded, camera: &NamedCamera) -> Value {
         View::Perspective { yfov, lens } => {
             value["type"] = json!("perspective");
             value["yfov"] = number(yfov);
-            value["lens"] = lens.map_or(
-                Value::Null,
-                |ThinLens { aperture, focus }| json!({ "aperture": number(aperture), "focusDistance": number(focus) }),
-            );
+            value["lens"] = lens.map_or(Value::Null, |ThinLens { aperture, focus, blades }| {
+                let blades = blades.map(|blades| (blades.count(), number(blades.rotation())));
+                json!({
+                    "aperture": number(aperture),
+                    "focusDistance": number(focus),
+                    "blades": blades.as_ref().map(|(count, _)| count),
+                    "rotation": blades.as_ref().map(|(_, rotation)| rotation),
+                })
+            });
         }
         View::Orthographic { height } => {
             value["type"] = json!("orthographic");

@@ -142,8 +142,9 @@ fn animations(summary: &Summary) -> Option<String> {
 fn view(view: View) -> String {
     match view {
         View::Perspective { yfov, lens } => {
-            let lens = lens.map(|ThinLens { aperture, focus }| {
-                format!(", lens {} m wide, sharp at {} m", short(aperture), short(focus))
+            let lens = lens.map(|ThinLens { aperture, focus, blades }| {
+                let blades = blades.map(|blades| format!(", {} blades", blades.count())).unwrap_or_default();
+                format!(", lens {} m wide{blades}, sharp at {} m", short(aperture), short(focus))
             });
             format!("yfov {:.1}°{}", yfov.to_degrees(), lens.unwrap_or_default())
         }
