@@ -34,6 +34,8 @@ class ViewOptions(TypedDict, total=False):
     look_at: Union[str, Sequence[float], None]
     aperture: Union[float, None]
     focus: Union[float, None]
+    blades: Union[int, None]
+    blade_rotation: Union[float, None]
     build: Union[Literal["fast", "best"], None]
     cull_backfaces: bool
     env: Union[str, os.PathLike[str], None]

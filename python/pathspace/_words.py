@@ -16,8 +16,8 @@ from ._errors import UsageError
 
 #: Options that say where a program writes or what it shows. From Python, these are methods and arguments.
 _OF_THE_PROGRAM = frozenset(
-    ["help", "output", "exposure", "progress", "display", "stats", "checkpoint", "checkpoint-every", "shard", "frames"]
-    + ["fps", "quiet", "verbose", "json"]
+    ["help", "output", "exposure", "tone", "white-balance", "progress", "display", "stats", "checkpoint"]
+    + ["checkpoint-every", "shard", "frames", "fps", "quiet", "verbose", "json"]
 )
 #: Options that reading a scene takes; all others of ``render`` are for :meth:`Scene.render`.
 _OF_FILES = frozenset("scene variant at animation limit allow-outside ignore-required".split())

@@ -94,6 +94,7 @@ fn lamp_at(scene: &Scene, target: Vec3) -> Option<Point> {
         let position = match light {
             Light::Point { position, .. } => *position,
             Light::Spot(spot) => spot.position(),
+            Light::Goniometric(lamp) => lamp.position(),
             _ => return None,
         };
         is_there(position).then(|| Point { place: Place::Degenerate, light: Some(id), ..Point::nowhere(position) })

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use pathspace::{
     denoise::Guides,
-    film::{DENOISED, Exposure, Format, encode_png},
+    film::{DENOISED, Format, encode_png},
     io::{Layered, Limits, read_layered},
 };
 
@@ -12,9 +12,9 @@ use crate::cli::shared::{
     args::VerbosityArgs,
     denoised::{self, NOISY, OidnArgs},
     exit::{Exit, Failure},
+    look::LookArgs,
     pictures::Outputs,
     terminal::Terminal,
-    values,
 };
 
 /// What `pathspace denoise` is asked for.
@@ -33,9 +33,8 @@ pub struct DenoiseArgs {
     #[arg(long, value_name = "FILE")]
     guides: Option<PathBuf>,
 
-    /// Exposure of PNG images: radiances times 2^EV [default: automatic]
-    #[arg(long, value_name = "EV", allow_negative_numbers = true, value_parser = values::finite)]
-    exposure: Option<f32>,
+    #[command(flatten)]
+    look: LookArgs,
 
     /// Threads [default: one for each core]
     #[arg(long, value_name = "T", value_parser = clap::value_parser!(u16).range(1..=1024))]
@@ -75,10 +74,10 @@ pub fn run(args: &DenoiseArgs) -> Result<Exit, Failure> {
     let threads = args.threads.map(usize::from);
     let image = denoiser.denoise(file.rgb(), guides.as_ref(), threads).map_err(|error| denoised::failed(&error))?;
     let attribute = denoised::attribute(&denoiser, guides.as_ref());
-    let (alpha, exposure) = (file.alpha(), args.exposure.map_or(Exposure::Auto, Exposure::Ev));
+    let alpha = file.alpha();
     outputs.write_each(|format| match format {
         Format::Exr => file.encode_with(&image, NOISY, std::slice::from_ref(&attribute)),
-        Format::Png => encode_png(&image, alpha.as_deref(), exposure),
+        Format::Png => encode_png(&image, alpha.as_deref(), args.look.look()),
     })?;
     let (version, fed) = (denoiser.version(), denoised::fed(guides.as_ref()));
     terminal.say(format_args!("denoised by Open Image Denoise {version} from {fed}"));

@@ -6,7 +6,7 @@ use std::{
 };
 
 use pathspace::{
-    film::{AlphaSums, CheckpointHeader, Contents, Exposure, Film, Sums, encode_checkpoint},
+    film::{AlphaSums, CheckpointHeader, Contents, Film, Sums, encode_checkpoint},
     render::Statistics,
     scene::camera::Sensor,
 };
@@ -18,6 +18,7 @@ use crate::cli::{
         exit::{Exit, Failure},
         header::{filter_of, header},
         layers,
+        look::LookArgs,
         passes::Passes,
         pictures::{Outputs, Picture},
         saved::{self, Shape, open, unusable},
@@ -43,12 +44,11 @@ pub struct MergeArgs {
 
     /// Write exact sums, to be merged with others, instead of an image: a shard, of which the samples have to be one
     /// range
-    #[arg(long, conflicts_with_all = ["partial", "exposure"])]
+    #[arg(long, conflicts_with_all = ["partial", "exposure", "tone", "white_balance"])]
     as_shard: bool,
 
-    /// Exposure of PNG images: radiances times 2^EV [default: automatic]
-    #[arg(long, value_name = "EV", allow_negative_numbers = true, value_parser = values::finite)]
-    exposure: Option<f32>,
+    #[command(flatten)]
+    look: LookArgs,
 
     /// Refuse images that need more memory than this
     #[arg(long, value_name = "SIZE", default_value = "4GiB", value_parser = values::bytes)]
@@ -104,7 +104,6 @@ pub fn run(args: &MergeArgs) -> Result<Exit, Failure> {
                 let only = format_args!("only {there} of {whole} samples per pixel are merged: {missing} are missing");
                 terminal.warn(only);
             }
-            let exposure = args.exposure.map_or(Exposure::Auto, Exposure::Ev);
             let header = header(sensor, settings, &sums, passes);
             let picture = Picture {
                 image: image.image(passes.count()),
@@ -112,7 +111,7 @@ pub fn run(args: &MergeArgs) -> Result<Exit, Failure> {
                 layers: layers::images(&sums, passes.count()),
                 data: Vec::new(),
             };
-            outputs.write(&picture, &header, exposure, terminal)?;
+            outputs.write(&picture, &header, args.look.look(), terminal)?;
         }
     }
     terminal.say(outputs.said());

@@ -19,6 +19,7 @@ mod png;
 mod sparse;
 mod sum;
 mod tile;
+mod tone;
 
 use std::sync::atomic::{AtomicU64, Ordering::Relaxed};
 
@@ -37,6 +38,7 @@ pub use self::{
     png::{Exposure, encode_png, srgb_codes},
     sum::ExactSum,
     tile::TileSums,
+    tone::{Look, Tone, WhiteBalance},
 };
 use crate::{
     lanes::Lanes,

@@ -4,10 +4,10 @@ use std::io;
 
 use ::image::{ExtendedColorType, ImageEncoder, codecs::png::PngEncoder};
 
-use super::Image;
+use super::{Image, tone::Look};
 use crate::math::{Rgb, luminance};
 
-/// How radiances become brightnesses of a display: times 2^EV, then clipped at white.
+/// How radiances become brightnesses of a display: times 2^EV.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Exposure {
     /// The image's mean luminance becomes a middle grey; highlights clip.
@@ -49,14 +49,15 @@ impl Exposure {
 ///
 /// # Errors
 /// If the format cannot hold the image.
-pub fn encode_png(image: &Image, alpha: Option<&[f32]>, exposure: Exposure) -> io::Result<Vec<u8>> {
-    let scale = exposure.ev(image).exp2();
+pub fn encode_png(image: &Image, alpha: Option<&[f32]>, look: impl Into<Look>) -> io::Result<Vec<u8>> {
+    let look = look.into();
     let (samples, channels): (Vec<u8>, _) = match alpha {
-        None => (srgb_codes(image, exposure), ExtendedColorType::Rgb8),
+        None => (srgb_codes(image, look), ExtendedColorType::Rgb8),
         Some(alpha) => {
+            let shown = look.of(image);
             let straight = |(p, a): (&Rgb, &f32)| {
-                let scale = if *a > 0.0 { scale / a } else { 0.0 };
-                let [r, g, b] = (*p * scale).to_array().map(srgb);
+                let (p, coverage) = if *a > 0.0 { (*p, *a) } else { (Rgb::ZERO, 1.0) };
+                let [r, g, b] = shown(p, coverage).to_array().map(srgb);
                 [r, g, b, (255.0 * a).round() as u8]
             };
             (image.pixels.iter().zip(alpha).flat_map(straight).collect(), ExtendedColorType::Rgba8)
@@ -68,9 +69,9 @@ pub fn encode_png(image: &Image, alpha: Option<&[f32]>, exposure: Exposure) -> i
 }
 
 /// The image as 8-bit sRGB, red, green and blue of a pixel after those of another: what a display shows of it.
-pub fn srgb_codes(image: &Image, exposure: Exposure) -> Vec<u8> {
-    let scale = exposure.ev(image).exp2();
-    image.pixels.iter().flat_map(|p| (*p * scale).to_array().map(srgb)).collect()
+pub fn srgb_codes(image: &Image, look: impl Into<Look>) -> Vec<u8> {
+    let shown = look.into().of(image);
+    image.pixels.iter().flat_map(|p| shown(*p, 1.0).to_array().map(srgb)).collect()
 }
 
 /// The 8-bit sRGB code of a linear value (IEC 61966-2-1).

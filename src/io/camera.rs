@@ -13,7 +13,7 @@ use super::{
     error::{Fault, quoted},
     placed::Placed,
 };
-use crate::scene::camera::{Camera, Sensor};
+use crate::scene::camera::{Blades, Camera, Sensor};
 
 /// Our extension of perspective cameras.
 const THIN_LENS: &str = "PATHSPACE_thin_lens";
@@ -62,11 +62,13 @@ pub struct ThinLens {
     pub aperture: f32,
     /// The distance along the axis at which things are sharp, metres.
     pub focus: f32,
+    /// The blades of its iris; `None` for a disk.
+    pub blades: Option<Blades>,
 }
 
 impl ThinLens {
-    /// A lens of the diameter `aperture`, at most 1000 km, sharp at the distance `focus`, from a micrometre to 10⁹ km:
-    /// beyond, areas leave what f32 can hold.
+    /// A round lens of the diameter `aperture`, at most 1000 km, sharp at the distance `focus`, from a micrometre to
+    /// 10⁹ km: beyond, areas leave what f32 can hold.
     ///
     /// # Errors
     /// What is wrong with the lengths, in words.
@@ -77,7 +79,7 @@ impl ThinLens {
         if !(1e-6..=1e12).contains(&focus) {
             return Err("the focus distance lies between 0.000001 and 1000000000000 m");
         }
-        Ok(Self { aperture, focus })
+        Ok(Self { aperture, focus, blades: None })
     }
 }
 
@@ -90,7 +92,7 @@ impl NamedCamera {
         match self.view {
             View::Perspective { yfov, lens } => {
                 let camera = Camera::look_at(self.position, target, self.up, yfov, sensor);
-                lens.map_or(camera, |lens| camera.with_lens(lens.aperture, lens.focus))
+                lens.map_or(camera, |lens| camera.with_lens(lens.aperture, lens.focus).with_blades(lens.blades))
             }
             View::Orthographic { height } => Camera::orthographic(self.position, target, self.up, height, sensor),
         }
@@ -172,5 +174,23 @@ fn read_lens(lens: &Value, at: &str) -> Result<ThinLens, Fault> {
             .ok_or_else(|| Fault::invalid(format!("{at}/{member}"), "a lens needs this length in metres"))
     };
     let (aperture, focus) = (length("aperture")?, length("focusDistance")?);
-    ThinLens::new(aperture, focus).map_err(|what| Fault::invalid(at, what))
+    let lens_of = ThinLens::new(aperture, focus).map_err(|what| Fault::invalid(at, what))?;
+    let Some(count) = lens.get("blades") else {
+        return match lens.get("rotation") {
+            None => Ok(lens_of),
+            Some(_) => Err(Fault::invalid(format!("{at}/rotation"), "a lens without blades has no rotation")),
+        };
+    };
+    let [least, most] = Blades::COUNTS;
+    let number = |value: &Value| value.as_f64().map(|value| value as f32);
+    let rotation = lens
+        .get("rotation")
+        .map_or(Some(0.0), number)
+        .filter(|angle| angle.is_finite())
+        .ok_or_else(|| Fault::invalid(format!("{at}/rotation"), "this is no angle in radians"))?;
+    let count = count.as_u64().and_then(|count| u32::try_from(count).ok());
+    let blades = count.and_then(|count| Blades::new(count, rotation)).ok_or_else(|| {
+        Fault::invalid(format!("{at}/blades"), format!("the number of blades is not one of {least} to {most}"))
+    })?;
+    Ok(ThinLens { blades: Some(blades), ..lens_of })
 }

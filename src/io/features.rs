@@ -33,6 +33,21 @@ const PLACES: &str = "tests/reading::spheres_scale_with_their_node";
 /// The extensions that are read, in alphabetical order.
 pub const EXTENSIONS: &[Extension] = &[
     of(
+        "EXT_lights_ies",
+        "IES LM-63 files of type C, multiplier and colour",
+        "photometry of types A and B; TILT",
+        &["tests/ies::a_profile_stands_in_its_nodes_frame", "tests/ies::horizontal_angles_are_continued_by_symmetry"],
+    ),
+    of(
+        "EXT_lights_image_based",
+        "the faces of the sharpest level, intensity, rotation",
+        "blurred levels and irradiance coefficients: both are computed",
+        &[
+            "tests/image_light::faces_are_what_one_sees_from_the_middle_of_the_cube",
+            "tests/image_light::a_constant_cube_has_the_irradiance_of_its_coefficients",
+        ],
+    ),
+    of(
         "EXT_mesh_gpu_instancing",
         "TRANSLATION, ROTATION and SCALE of instances",
         "attributes of other names; a skinned mesh is there once",
@@ -151,7 +166,7 @@ pub const EXTENSIONS: &[Extension] = &[
     of("PATHSPACE_sphere", "analytic spheres, of this project", "", &[PLACES]),
     of(
         "PATHSPACE_thin_lens",
-        "lenses of cameras, of this project",
+        "lenses of cameras and their blades, of this project",
         "",
         &["tests/reading::lenses_and_orthographic_films_are_in_metres_of_the_world"],
     ),

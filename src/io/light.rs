@@ -1,8 +1,11 @@
-//! Lights without a surface (`KHR_lights_punctual`), in world space.
+//! Lights without a surface (`KHR_lights_punctual`, `EXT_lights_ies`), in world space.
 
-use std::f32::consts::{FRAC_1_PI, FRAC_PI_2};
+use std::{
+    f32::consts::{FRAC_1_PI, FRAC_PI_2, PI},
+    sync::Arc,
+};
 
-use glam::{DVec3, Vec3};
+use glam::{DVec3, Mat3, Vec3};
 use gltf_json::{
     Root,
     extensions::scene::khr_lights_punctual::{self, Type},
@@ -13,13 +16,13 @@ use super::{Loaded, error::Fault, placed::Placed};
 use crate::{
     math::{Rgb, luminance},
     scene::{
-        light::{BRIGHTEST, Light, Spot},
+        light::{BRIGHTEST, Goniometric, Light, Profile, Spot},
         material::MaterialId,
     },
 };
 
-/// A light of `KHR_lights_punctual` in world space, in the extension's units.
-#[derive(Clone, Copy, Debug, PartialEq)]
+/// A light of `KHR_lights_punctual` or `EXT_lights_ies` in world space, in the extension's units.
+#[derive(Clone, Debug, PartialEq)]
 pub enum PunctualLight {
     /// A point that shines alike in all directions.
     Point {
@@ -41,6 +44,17 @@ pub enum PunctualLight {
         /// The half angle from which it is zero, radians; at most π/2.
         outer: f32,
     },
+    /// A point that shines as a table says (`EXT_lights_ies`).
+    Profile {
+        /// Where it is, metres.
+        position: Vec3,
+        /// The unit axes of the profile's frame, whose −z is the lamp's axis; mirrored if the node is.
+        to_world: Mat3,
+        /// What the profile's intensities are multiplied by.
+        color: Rgb,
+        /// Luminous intensity by direction, candela.
+        profile: Arc<Profile>,
+    },
     /// Parallel light from infinitely far away.
     Directional {
         /// The unit direction in which the light travels.
@@ -58,6 +72,9 @@ impl PunctualLight {
             Self::Directional { direction, irradiance } => Light::Directional { towards: -direction, irradiance },
             Self::Spot { position, direction, intensity, inner, outer } => {
                 Light::Spot(Spot::new(position, direction, intensity, inner, outer))
+            }
+            Self::Profile { position, to_world, color, ref profile } => {
+                Light::Goniometric(Arc::new(Goniometric::new(position, to_world, color, profile.clone())))
             }
         }
     }
@@ -81,6 +98,9 @@ pub(super) fn outshone(loaded: &Loaded, lit: impl Fn(MaterialId) -> bool) -> Opt
     let irradiance = |light: &PunctualLight| match light {
         PunctualLight::Point { intensity, .. } | PunctualLight::Spot { intensity, .. } => {
             luminance(*intensity) / distance2
+        }
+        PunctualLight::Profile { color, profile, .. } => {
+            luminance(*color) * profile.integral() / (4.0 * PI * distance2)
         }
         PunctualLight::Directional { irradiance, .. } => luminance(*irradiance),
     };

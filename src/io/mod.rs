@@ -23,7 +23,8 @@
 //!
 //! which gives a perspective camera a thin lens of this *diameter*, sharp in the plane at this distance along the
 //! viewing axis. Both are metres of the world whatever the node's scale, as that does not apply to cameras. Another
-//! reader sees through a pinhole, everything sharp.
+//! reader sees through a pinhole, everything sharp. With `"blades": 6, "rotation": 0.2` it is a polygon
+//! ([`Blades`](crate::scene::camera::Blades)).
 //!
 //! # Cameras
 //! Perspective and orthographic, placed by their nodes, the nodes' scale ignored (as glTF says). Nothing is clipped at
@@ -55,7 +56,9 @@ mod error;
 mod extensions;
 mod far;
 mod features;
+mod ies;
 mod image;
+mod image_light;
 mod influence;
 mod instancing;
 mod ktx2;
@@ -81,7 +84,7 @@ mod variants;
 #[cfg(test)]
 mod tests;
 
-use std::{collections::HashMap, path::Path};
+use std::{collections::HashMap, path::Path, sync::Arc};
 
 use glam::{DVec3, Vec3};
 use gltf_json::Root;
@@ -94,6 +97,7 @@ pub use environment::{
 };
 pub use error::LoadError;
 pub use features::{EXTENSIONS, Extension};
+pub use image_light::ImageLight;
 pub use layered::{Layered, read_attributes, read_layered};
 pub use light::PunctualLight;
 pub use limits::{Limits, LoadOptions, Outside, PosedAt, Required};
@@ -110,6 +114,7 @@ use crate::scene::{
 use accessor::Accessors;
 use buffer::{Buffers, Hash};
 use error::{Fault, one_line, quoted};
+use ies::Profiles;
 use image::Images;
 use instancing::{Counts, Shown};
 use limits::Place;
@@ -129,6 +134,8 @@ pub struct Loaded {
     pub materials: Vec<Material>,
     /// Lights without a surface. Emissive surfaces are found by their materials.
     pub lights: Vec<PunctualLight>,
+    /// What lies around the scene that is shown, if the file says so (`EXT_lights_image_based`).
+    pub environment: Option<ImageLight>,
     /// The cameras, in the order of the hierarchy.
     pub cameras: Vec<NamedCamera>,
     /// What the file asks for and does not get, one sentence each.
@@ -143,14 +150,18 @@ impl Loaded {
     /// Whether anything in the scene emits light.
     pub fn is_lit(&self) -> bool {
         let emits = |id: MaterialId| self.materials[id.0 as usize].emits();
-        !self.lights.is_empty() || self.geometry.with_material(&emits).next().is_some()
+        let alone = !self.lights.is_empty() || self.environment.is_some();
+        alone || self.geometry.with_material(&emits).next().is_some()
     }
 
-    /// The scene seen by `camera`, with `environment` around it: a light of its kind, if it is to have one.
+    /// The scene seen by `camera`, with `environment` around it: a light of its kind in place of what the file has
+    /// there.
     ///
     /// # Panics
     /// As [`Scene::new`].
     pub fn into_scene(self, camera: Camera, environment: Option<Light>) -> Scene {
+        let own = || Some(Light::EnvironmentMap(Arc::new(self.environment.as_ref()?.to_map(1.0).ok()?)));
+        let environment = environment.or_else(own);
         let lights: Vec<_> = self.lights.iter().map(PunctualLight::to_light).chain(environment).collect();
         let mut scene = Scene::new(self.geometry, self.materials, &lights, camera);
         scene.centre = self.centre;
@@ -250,10 +261,13 @@ pub fn read(bytes: &[u8], folder: &Path, file: &str, options: &LoadOptions<'_>) 
     let exact = far::exact(&root, json);
     scenes::choose(&mut root, options.scene, file, &mut warnings)?;
     let variant = variants::choose(&mut root, options.variant, file)?;
-    let images = Images::new(&root, &buffers, place, &mut hash);
-    let assembled = assemble(&root, &buffers, images, &exact, place.limits, warnings);
+    let profiles = ies::profiles(&root, &buffers, place, &mut hash, &mut warnings).map_err(|fault| fault.at(file))?;
+    let mut images = Images::new(&root, &buffers, place, &mut hash);
+    let environment = image_light::image_light(&root, &mut images, &place.limits).map_err(|fault| fault.at(file))?;
+    let assembled = assemble(&root, &buffers, (images, profiles), &exact, place.limits, warnings);
     let mut loaded = assembled.map_err(|fault| fault.at(file))?;
     let at = options.at.filter(|_| posed.is_some()).map(|at| at.seconds);
+    loaded.environment = environment;
     loaded.summary = Summary { binary: chunks.binary, variant, animations, at, ..loaded.summary };
     loaded.hash = hash.hex();
     Ok(loaded)
@@ -263,14 +277,14 @@ pub fn read(bytes: &[u8], folder: &Path, file: &str, options: &LoadOptions<'_>) 
 fn assemble(
     root: &Root,
     buffers: &Buffers,
-    images: Images<'_>,
+    (images, profiles): (Images<'_>, Profiles),
     exact: &[Value],
     limits: Limits,
     mut warnings: Vec<String>,
 ) -> Result<Loaded, Fault> {
     let materials = material::all(root, images, &mut warnings)?;
     let mut scene = Assembly::new(root, buffers, limits, materials, warnings);
-    scene.nodes(exact)?;
+    scene.nodes(exact, &profiles)?;
     let lit = |id: MaterialId| !scene.materials[scene.sources[id.0 as usize]].unlit();
     let outshone = light::outshone(&scene.loaded, lit).map(|(id, what)| {
         let name = quoted(&scene.loaded.materials[id.0 as usize].name);
@@ -333,6 +347,7 @@ impl<'a> Assembly<'a> {
                 centre: DVec3::ZERO,
                 materials: materials.iter().take(root.materials.len()).map(material::Read::plain).collect(),
                 lights: Vec::new(),
+                environment: None,
                 cameras: Vec::new(),
                 warnings,
                 hash: String::new(),
@@ -342,7 +357,7 @@ impl<'a> Assembly<'a> {
         }
     }
 
-    fn nodes(&mut self, exact: &[Value]) -> Result<(), Fault> {
+    fn nodes(&mut self, exact: &[Value], profiles: &Profiles) -> Result<(), Fault> {
         let mut nodes = node::hierarchy(self.root, exact, self.limits.depth, &mut self.loaded.warnings)?;
         self.count_uses(&nodes)?;
         let extents = self.extents(&nodes)?;
@@ -370,6 +385,7 @@ impl<'a> Assembly<'a> {
                 let light = light::light(self.root, placed, light.light.value(), &mut self.loaded.warnings)?;
                 self.loaded.lights.extend(light);
             }
+            self.loaded.lights.extend(ies::light(node, placed, profiles)?);
             if let Some(sphere) = extensions.others.get("PATHSPACE_sphere") {
                 self.sphere(sphere, placed)?;
             }

@@ -8,6 +8,8 @@ mod errors;
 mod factors;
 mod far;
 mod features;
+mod ies;
+mod image_light;
 mod instancing;
 mod ktx2;
 mod layers;

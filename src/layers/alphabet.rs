@@ -58,7 +58,7 @@ impl Letter {
     pub(super) fn of_light(light: &Light) -> Self {
         match light {
             Light::Area { .. } => Self::Surface,
-            Light::Point { .. } => Self::Lamp,
+            Light::Point { .. } | Light::Goniometric(_) => Self::Lamp,
             Light::Spot(_) => Self::Spot,
             Light::Directional { .. } => Self::Sun,
             Light::Environment { .. } | Light::EnvironmentMap(_) => Self::Sky,

@@ -2,6 +2,8 @@
 
 use std::fs;
 
+use serde_json::{Value, json};
+
 use crate::{Run, code, pixels, refused, stderr, stdout, triangle};
 
 /// A Radiance file of 8 × 4 pixels without compression, grey but for a column.
@@ -63,4 +65,42 @@ fn a_scene_without_light_gets_a_neutral_environment_that_is_announced() {
     let (said, image) = render(&["--env-color", "0"]);
     assert!(said.contains("black"), "{said}");
     assert_eq!(image.get(0, 0).r(), 0.0);
+}
+
+/// A cube of white texels around the triangle.
+fn inside_a_cube() -> String {
+    const WHITE: &str = "data:image/png;base64,\
+        iVBORw0KGgoAAAANSUhEUgAAAAEAAAABCAIAAACQd1PeAAAADElEQVR4nGP4//8/AAX+Av4N70a4AAAAAElFTkSuQmCC";
+    let mut document: Value = serde_json::from_str(&triangle("0.0")).unwrap();
+    document["extensionsUsed"] = json!(["EXT_lights_image_based"]);
+    document["images"] = json!([{ "uri": WHITE }]);
+    document["scenes"][0]["extensions"] = json!({ "EXT_lights_image_based": { "light": 0 } });
+    document["extensions"] = json!({ "EXT_lights_image_based": { "lights": [{
+        "intensity": 3, "specularImages": [[0, 0, 0, 0, 0, 0]], "specularImageSize": 1,
+        "irradianceCoefficients": vec![[0.0; 3]; 9] }] } });
+    document.to_string()
+}
+
+#[test]
+fn a_files_own_environment_is_there_unless_another_is_asked_for() {
+    let run = Run::new();
+    fs::write(run.path("own.gltf"), inside_a_cube()).unwrap();
+    assert!(stdout(&run.pathspace(&["info", "own.gltf"])).contains("1 environments"));
+    for (options, radiance, warns) in [
+        (&[][..], 3.0, false),
+        (&["--env-scale", "2"], 6.0, false),
+        (&["--env-color", "0.5"], 0.5, true),
+        (&["--env-color", "0.5", "--env-scale", "2"], 1.0, true),
+    ] {
+        let small = ["render", "own.gltf", "--width", "8", "--height", "8", "--spp", "4", "-o", "a.exr"];
+        let output = run.pathspace(&[&small[..], options].concat());
+        assert_eq!(code(&output), 0, "{}", stderr(&output));
+        let said = stderr(&output);
+        assert_eq!(said.contains("the file's own environment"), warns, "{options:?}: {said}");
+        assert!(!said.contains("no light") && !said.contains("no effect"), "{said}");
+        let corner = pixels(&fs::read(run.path("a.exr")).unwrap()).get(0, 0);
+        assert!((corner.r() / radiance - 1.0).abs() < 0.2, "{options:?}: {corner}");
+    }
+    let glaring = ["render", "-q", "own.gltf", "--env-scale", "1e38"];
+    refused(&run.pathspace(&glaring), 2, "--env-scale");
 }

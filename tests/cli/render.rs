@@ -282,3 +282,15 @@ fn a_noise_ends_a_render_where_it_is_reached() {
     refused(&run.render(&["--noise", "5%", "--shard", "1/2"]), 2, "--shard");
     refused(&run.render(&["--noise", "0"]), 2, "5%");
 }
+
+#[test]
+fn tone_and_white_balance_are_for_png_alone() {
+    let run = Run::new();
+    let usual = ["-q", "--spp", "2", "--exposure", "0"];
+    let [exr, png] = ["a.exr", "a.png"].map(|name| run.image(name, &usual));
+    for options in [&["--tone", "filmic"][..], &["--tone", "agx"], &["--white-balance", "3000"]] {
+        let [same, other] = ["b.exr", "b.png"].map(|name| run.image(name, &[&usual[..], options].concat()));
+        assert!(same == exr && other != png, "{options:?}");
+    }
+    assert!(run.image("c.png", &[&usual[..], &["--tone", "none"]].concat()) == png);
+}

@@ -71,6 +71,10 @@ fn wrong_usage_is_refused() {
         (&["--filter", "gauss"], "gauss"),
         (&["--build", "slow"], "slow"),
         (&["--exposure", "nan"], "finite"),
+        (&["--tone", "aces"], "filmic"),
+        (&["--white-balance", "100"], "from 1667 to 25000 kelvin"),
+        (&["--blades", "2"], "0, or a number from 3 to 64"),
+        (&["--blade-rotation", "20"], "--blades"),
         (&["--clamp", "-1"], "--clamp"),
         (&["--roulette", "sometimes"], "off"),
         (&["--crop", "5,5,5,9"], "at least one pixel"),
@@ -154,6 +158,7 @@ fn what_only_the_scene_can_tell_is_refused_before_rendering() {
     refused(&run.render(&["-q", "--camera", "nobody"]), 2, "nobody");
     refused(&run.render(&["-q", "--aperture", "0.1"]), 2, "--focus");
     refused(&run.render(&["-q", "--focus", "2"]), 2, "--aperture");
+    refused(&run.render(&["-q", "--blades", "6"]), 2, "--blades needs a lens");
     let scene = scene();
     let huge = ["render", scene.to_str().unwrap(), "-q", "--width", "32768", "--height", "32768"];
     refused(&run.pathspace(&huge), 2, "--memory-limit");

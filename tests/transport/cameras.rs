@@ -9,7 +9,7 @@ use pathspace::{
     sampling::Filter,
     scene::{
         Scene,
-        camera::{Camera, Sensor},
+        camera::{Blades, Camera, Sensor},
         geometry::Geometry,
         light::Light,
         material::Material,
@@ -18,7 +18,7 @@ use pathspace::{
 };
 
 use crate::{
-    agreement::{ALL, Compared, agreement},
+    agreement::{ALL, Compared, agreement, where_all_cover_within},
     exactness::{assert_crops_are_slices, assert_threads_do_not_matter, estimate, render},
     identity::assert_identity,
     scenes,
@@ -163,6 +163,17 @@ fn an_orthographic_image_does_not_depend_on_the_cameras_distance() {
         println!("{integrator}: {:.2} % of the pixels differ", 100.0 * share);
         assert!(share < 0.02, "{integrator}: {share}");
     }
+}
+
+/// Camera paths start on the polygon that light paths are connected to.
+#[test]
+fn integrators_agree_through_an_iris() {
+    let sensor = scenes::square(24, Filter::Box);
+    let camera = Camera::look_at(ROOM_FROM, ROOM_TO, Vec3::Y, 1.4, sensor).with_lens(0.3, 0.6);
+    let scene = room(camera.with_blades(Blades::new(3, 0.5)));
+    assert_identity("room through an iris", &scene, 2);
+    let kinds = [IntegratorKind::Path, IntegratorKind::Light, IntegratorKind::Bdpt];
+    where_all_cover_within(0.02, "room through an iris", &scene, &kinds, 2..=4);
 }
 
 #[test]

@@ -20,7 +20,7 @@ use pathspace::{
     },
 };
 
-use crate::scenes;
+use crate::{lights, scenes};
 
 /// Every sum of a film of three passes, with what was counted and whether by waves; `None` if the processor has no such
 /// lanes.
@@ -178,6 +178,14 @@ fn any_number_of_lanes_gives_the_same_bytes() {
         }
     }
     println!("{waves} films were made by waves");
+}
+
+#[test]
+fn lamps_with_profiles() {
+    let scene = lights::corner(SENSOR);
+    for kind in [IntegratorKind::Path, IntegratorKind::Light, IntegratorKind::Hybrid, IntegratorKind::Bdpt] {
+        assert_waves_do_not_matter("corner", &scene, &settings(kind));
+    }
 }
 
 #[test]

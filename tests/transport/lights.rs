@@ -14,7 +14,7 @@ use pathspace::{
         bsdf::{Bsdf, MetallicRoughness},
         camera::{Camera, Sensor},
         geometry::Geometry,
-        light::{EnvironmentMap, Light, Spot},
+        light::{EnvironmentMap, Goniometric, Light, Profile, Spot},
         material::{Material, MaterialId},
     },
     statistics::{Comparison, Estimate, Regions, regions},
@@ -63,6 +63,46 @@ pub fn terrace(turn: f32, sensor: Sensor) -> Scene {
     ];
     let camera = Camera::look_at(v(0.3, 1.6, 3.6), v(0.0, 0.6, -0.4), Vec3::Y, 0.85, sensor);
     Scene::new(g, materials, &lights, camera)
+}
+
+/// A corner under a lamp with a profile of two wings and one that shines upwards alone, beside a point.
+pub fn corner(sensor: Sensor) -> Scene {
+    let materials = vec![
+        Material::diffuse("floor", Rgb::new(0.6, 0.55, 0.5)),
+        Material::new("varnished", Bsdf::MetallicRoughness(MetallicRoughness::new(Rgb::new(0.6, 0.3, 0.2), 0.0, 0.36))),
+    ];
+    let mut g = Geometry::default();
+    let v = Vec3::new;
+    scenes::quad(&mut g, [v(-2., 0., -2.), v(-2., 0., 2.), v(2., 0., 2.), v(2., 0., -2.)], 0);
+    scenes::quad(&mut g, [v(-2., 0., -2.), v(2., 0., -2.), v(2., 2.5, -2.), v(-2., 2.5, -2.)], 0);
+    g.add_sphere(v(-0.6, 0.5, -0.3), 0.5, MaterialId(1));
+    let table = |polar: [f64; 4], values: [[f32; 4]; 4]| {
+        let azimuths = [0.0, 90.0, 180.0, 270.0, 360.0].map(f64::to_radians);
+        Arc::new(Profile::new(&polar.map(f64::to_radians), &azimuths, |i, j| values[i][j % 4]).unwrap())
+    };
+    let wings = table([0., 30., 60., 90.], [[1.; 4], [2., 0.5, 4., 0.5], [1., 0., 6., 0.], [0.; 4]]);
+    let uplight = table([90., 120., 150., 180.], [[0.; 4], [3., 1., 0., 1.], [2.; 4], [1.; 4]]);
+    let down = Mat3::from_rotation_x(-FRAC_PI_2);
+    let mirrored = down * Mat3::from_rotation_z(0.5) * Mat3::from_diagonal(v(1.0, -1.0, 1.0));
+    let lamp =
+        |at, to_world, color, profile| Light::Goniometric(Arc::new(Goniometric::new(at, to_world, color, profile)));
+    let lights = [
+        lamp(v(0.6, 2.0, -0.6), mirrored, Rgb::new(1.0, 0.8, 0.6), wings),
+        lamp(v(-1.2, 0.8, -1.6), Mat3::from_rotation_y(0.3) * down, Rgb::new(0.3, 0.5, 0.8), uplight),
+        Light::Point { position: v(-1.2, 1.6, 0.8), intensity: Rgb::splat(0.2) },
+    ];
+    let camera = Camera::look_at(v(0.3, 1.6, 3.6), v(0.0, 0.8, -0.4), Vec3::Y, 0.85, sensor);
+    Scene::new(g, materials, &lights, camera)
+}
+
+#[test]
+fn with_profiles_are_the_definition() {
+    identity::assert_identity_by(&KINDS, "corner", &corner(scenes::square(32, Filter::BlackmanHarris)), 3);
+}
+
+#[test]
+fn with_profiles_agree_between_integrators() {
+    agreement::where_all_cover("corner", &corner(scenes::square(24, Filter::Box)), &KINDS, 1..=4);
 }
 
 #[test]

@@ -124,9 +124,17 @@ fn layer_slots(layers: &LayerMaps) -> [(&'static str, Option<&Texture>); 10] {
     ]
 }
 
-/// Intensities are linear RGB, candela; irradiance is in lux.
+/// Intensities are linear RGB, candela; irradiance is in lux, and flux in lumen before it is coloured.
 fn punctual_light(loaded: &Loaded, light: &PunctualLight) -> Value {
     match *light {
+        PunctualLight::Profile { position, to_world, color, ref profile } => json!({
+            "type": "profile",
+            "position": place(loaded, position),
+            "direction": vector(-to_world.z_axis),
+            "color": vector(color),
+            "peak": number(profile.peak()),
+            "flux": number(profile.integral()),
+        }),
         PunctualLight::Point { position, intensity } => {
             json!({ "type": "point", "position": place(loaded, position), "intensity": vector(intensity) })
         }
@@ -156,10 +164,15 @@ fn camera(loaded: &Loaded, camera: &NamedCamera) -> Value {
         View::Perspective { yfov, lens } => {
             value["type"] = json!("perspective");
             value["yfov"] = number(yfov);
-            value["lens"] = lens.map_or(
-                Value::Null,
-                |ThinLens { aperture, focus }| json!({ "aperture": number(aperture), "focusDistance": number(focus) }),
-            );
+            value["lens"] = lens.map_or(Value::Null, |ThinLens { aperture, focus, blades }| {
+                let blades = blades.map(|blades| (blades.count(), number(blades.rotation())));
+                json!({
+                    "aperture": number(aperture),
+                    "focusDistance": number(focus),
+                    "blades": blades.as_ref().map(|(count, _)| count),
+                    "rotation": blades.as_ref().map(|(_, rotation)| rotation),
+                })
+            });
         }
         View::Orthographic { height } => {
             value["type"] = json!("orthographic");

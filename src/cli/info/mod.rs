@@ -142,8 +142,9 @@ fn animations(summary: &Summary) -> Option<String> {
 fn view(view: View) -> String {
     match view {
         View::Perspective { yfov, lens } => {
-            let lens = lens.map(|ThinLens { aperture, focus }| {
-                format!(", lens {} m wide, sharp at {} m", short(aperture), short(focus))
+            let lens = lens.map(|ThinLens { aperture, focus, blades }| {
+                let blades = blades.map(|blades| format!(", {} blades", blades.count())).unwrap_or_default();
+                format!(", lens {} m wide{blades}, sharp at {} m", short(aperture), short(focus))
             });
             format!("yfov {:.1}°{}", yfov.to_degrees(), lens.unwrap_or_default())
         }
@@ -180,7 +181,7 @@ fn lights(loaded: &Loaded) -> String {
 }
 
 /// How many lights there are of each kind.
-pub fn light_kinds(loaded: &Loaded) -> [(usize, &'static str); 5] {
+pub fn light_kinds(loaded: &Loaded) -> [(usize, &'static str); 7] {
     let geometry = &loaded.geometry;
     let emits = |id: MaterialId| loaded.materials[id.0 as usize].emits();
     let (spheres, triangles): (Vec<_>, Vec<_>) = geometry.with_material(&emits).partition(|&id| geometry.is_sphere(id));
@@ -190,7 +191,9 @@ pub fn light_kinds(loaded: &Loaded) -> [(usize, &'static str); 5] {
         (spheres.len(), "emissive spheres"),
         (punctual(|light| matches!(light, PunctualLight::Point { .. })), "points"),
         (punctual(|light| matches!(light, PunctualLight::Spot { .. })), "spots"),
+        (punctual(|light| matches!(light, PunctualLight::Profile { .. })), "light profiles"),
         (punctual(|light| matches!(light, PunctualLight::Directional { .. })), "suns"),
+        (usize::from(loaded.environment.is_some()), "environments"),
     ]
 }
 

@@ -10,6 +10,7 @@ use crate::cli::{
         args::{SceneArgs, VerbosityArgs},
         image::ImageArgs,
         layers::LayerArgs,
+        look::LookArgs,
         progress::{MOST_PASSES, Style},
         values::{self, Shard},
     },
@@ -42,9 +43,8 @@ pub struct RenderArgs {
     #[command(flatten)]
     pub image: ImageArgs,
 
-    /// Exposure of PNG images: radiances times 2^EV [default: automatic]
-    #[arg(long, value_name = "EV", allow_negative_numbers = true, value_parser = values::finite)]
-    pub exposure: Option<f32>,
+    #[command(flatten)]
+    pub look: LookArgs,
 
     /// Render only the pixels x0 ≤ x < x1, y0 ≤ y < y1: exactly that part of the full image
     #[arg(long, value_name = "x0,y0,x1,y1", allow_hyphen_values = true, value_parser = values::crop)]

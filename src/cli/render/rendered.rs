@@ -2,11 +2,7 @@
 
 use std::{collections::BTreeMap, path::Path};
 
-use pathspace::{
-    denoise::Denoiser,
-    film::{Exposure, Header},
-    render::Renderer,
-};
+use pathspace::{denoise::Denoiser, film::Header, render::Renderer};
 use rayon::ThreadPool;
 use serde_json::{Value, json};
 
@@ -139,10 +135,9 @@ impl Rendered<'_> {
 
     /// Writes the image and its layers to all outputs; why it is not denoised, if it was to be.
     fn write_image(&self, terminal: Terminal) -> Result<Result<(), Failure>, Failure> {
-        let exposure = self.args.exposure.map_or(Exposure::Auto, Exposure::Ev);
         let mut header = self.header();
         let (picture, denoised) = picture(self.args, self.renderer, self.pool, self.denoiser, &mut header);
-        self.outputs.write(&picture, &header, exposure, terminal)?;
+        self.outputs.write(&picture, &header, self.args.look.look(), terminal)?;
         // The samples are worth more than the filter.
         let as_rendered = |Failure { exit, sentence }| Failure {
             exit,

@@ -57,6 +57,21 @@ pub struct SceneArgs {
     #[arg(long, value_name = "METRES", allow_negative_numbers = true, value_parser = values::positive)]
     pub focus: Option<f32>,
 
+    /// Make the lens a polygon by so many straight blades of its iris, 3 to 64, or round with 0; its area stays
+    /// [default: what the file says, else round]
+    #[arg(long, value_name = "N", value_parser = values::blades)]
+    pub blades: Option<u32>,
+
+    /// Turn the blades, counter-clockwise in the image; without it, a corner of the lens is to the right [default: 0]
+    #[arg(
+        long,
+        value_name = "DEGREES",
+        requires = "blades",
+        allow_negative_numbers = true,
+        value_parser = values::finite
+    )]
+    pub blade_rotation: Option<f32>,
+
     /// How much time building the tree over the scene may take: little, for previews of large scenes (fast), or what
     /// makes rays fastest (best). The image does not depend on it [default: best; fast where a render asks for too few
     /// samples to be worth the wait]

@@ -3,7 +3,10 @@
 use glam::{DVec3, Vec3};
 use pathspace::{
     io::{Loaded, NamedCamera, ThinLens, View},
-    scene::{camera::Sensor, geometry::Bounds},
+    scene::{
+        camera::{Blades, Sensor},
+        geometry::Bounds,
+    },
 };
 
 use crate::cli::shared::{
@@ -23,7 +26,10 @@ const LARGEST_SIDE: f32 = 32_768.0;
 pub fn choose(args: &SceneArgs, loaded: &Loaded, terminal: Terminal) -> Result<NamedCamera, Failure> {
     let camera = view(args, loaded, terminal)?;
     let target = args.look_at.map(|look_at| look_at.eye.distance(look_at.target) as f32);
-    let lens = Lens { aperture: args.aperture, focus: args.focus };
+    let rotation = args.blade_rotation.unwrap_or(0.0).to_radians();
+    // Zero blades are none.
+    let blades = args.blades.map(|count| Blades::new(count, rotation));
+    let lens = Lens { aperture: args.aperture, focus: args.focus, blades };
     lens.put_on(camera, target).map_err(Failure::usage)
 }
 
@@ -64,29 +70,37 @@ pub fn sensor(args: &SizeArgs, usual: u32, padding: u32, camera: &NamedCamera) -
 struct Lens {
     aperture: Option<f32>,
     focus: Option<f32>,
+    /// The blades, or that there are none.
+    blades: Option<Option<Blades>>,
 }
 
 impl Lens {
     /// `camera` with this lens; what the options leave open is what the file says, and the focus then `target`, a
     /// distance.
     fn put_on(self, camera: NamedCamera, target: Option<f32>) -> Result<NamedCamera, String> {
-        let Self { aperture, focus } = self;
-        if aperture.is_none() && focus.is_none() {
+        let Self { aperture, focus, blades } = self;
+        if aperture.is_none() && focus.is_none() && blades.is_none() {
             return Ok(camera);
         }
         let name = &camera.name;
         let View::Perspective { yfov, lens } = camera.view else {
-            return Err(format!("the camera '{name}' is orthographic and has no lens for --aperture or --focus"));
+            return Err(format!(
+                "the camera '{name}' is orthographic and has no lens for --aperture, --focus or --blades"
+            ));
         };
         let aperture = aperture.or(lens.map(|lens| lens.aperture)).ok_or_else(|| {
+            let option = if focus.is_some() { "--focus" } else { "--blades" };
             format!(
-                "the camera '{name}' is a pinhole, and --focus needs a lens: give its diameter with --aperture METRES"
+                "the camera '{name}' is a pinhole, and {option} needs a lens: give its diameter with --aperture METRES"
             )
         })?;
         let focus = focus.or(lens.map(|lens| lens.focus)).or(target);
         let lens = match focus {
             _ if aperture == 0.0 => None,
-            Some(focus) => Some(ThinLens::new(aperture, focus)?),
+            Some(focus) => {
+                let blades = blades.unwrap_or(lens.and_then(|lens| lens.blades));
+                Some(ThinLens { blades, ..ThinLens::new(aperture, focus)? })
+            }
             None => return Err("a lens needs the distance at which it is sharp: --focus METRES".to_owned()),
         };
         Ok(NamedCamera { view: View::Perspective { yfov, lens }, ..camera })
@@ -217,10 +231,12 @@ mod tests {
     fn a_lens_is_put_together_from_options_file_and_target() {
         let yfov = DEFAULT_YFOV;
         let pinhole = named("eye");
-        let in_file = Some(ThinLens { aperture: 0.1, focus: 4.0 });
+        let in_file = Some(ThinLens { aperture: 0.1, focus: 4.0, blades: None });
         let with = |lens| NamedCamera { view: View::Perspective { yfov, lens }, ..pinhole.clone() };
-        let put = |aperture, focus, on: &NamedCamera, target| Lens { aperture, focus }.put_on(on.clone(), target);
-        let lens = |aperture, focus| Ok(with(Some(ThinLens { aperture, focus })));
+        let put = |aperture, focus, on: &NamedCamera, target| {
+            Lens { aperture, focus, blades: None }.put_on(on.clone(), target)
+        };
+        let lens = |aperture, focus| Ok(with(Some(ThinLens { aperture, focus, blades: None })));
         assert_eq!(put(None, None, &pinhole, None), Ok(pinhole.clone()));
         assert_eq!(put(Some(0.2), Some(3.0), &pinhole, Some(9.0)), lens(0.2, 3.0));
         assert_eq!(put(Some(0.2), None, &pinhole, Some(9.0)), lens(0.2, 9.0));
@@ -231,6 +247,15 @@ mod tests {
         assert!(put(Some(0.2), None, &pinhole, None).unwrap_err().contains("--focus"));
         assert!(put(Some(1e30), Some(3.0), &pinhole, None).unwrap_err().contains("aperture"));
         assert!(put(Some(0.2), Some(1e-30), &pinhole, None).unwrap_err().contains("focus"));
+        // Blades of the options, of the file, and none in their place.
+        let [five, six] = [5, 6].map(|count| Blades::new(count, 0.3));
+        let iris = |blades, on| Lens { aperture: None, focus: None, blades }.put_on(with(on), None);
+        let bladed = |blades| Some(ThinLens { aperture: 0.1, focus: 4.0, blades });
+        assert_eq!(iris(Some(five), in_file), Ok(with(bladed(five))));
+        assert_eq!(iris(Some(six), bladed(five)), Ok(with(bladed(six))));
+        assert_eq!(iris(Some(None), bladed(five)), Ok(with(bladed(None))));
+        assert_eq!(put(Some(0.1), None, &with(bladed(six)), None), Ok(with(bladed(six))));
+        assert!(iris(Some(five), None).unwrap_err().contains("--blades needs a lens"));
         let flat = NamedCamera { view: View::Orthographic { height: 2.0 }, ..pinhole.clone() };
         assert!(put(Some(0.2), Some(3.0), &flat, None).unwrap_err().contains("orthographic"));
     }

@@ -5,7 +5,7 @@ use std::{path::PathBuf, sync::Arc};
 use pathspace::{
     io::{self, Limits, Loaded},
     math::Rgb,
-    scene::light::{BRIGHTEST, Light},
+    scene::light::{BRIGHTEST, Light, NotARadiance},
 };
 
 use crate::cli::shared::{exit::Failure, terminal::Terminal, values};
@@ -16,7 +16,7 @@ pub const NEUTRAL: Rgb = Rgb::ONE;
 #[derive(Clone, Debug, clap::Args)]
 pub struct EnvironmentArgs {
     /// Environment map around the scene, equirectangular, .hdr or .exr: +y up, +x in the middle, +z to its right
-    /// [default: none; radiance 1 from everywhere if the scene has no light at all]
+    /// [default: that of the file, if it has one; radiance 1 from everywhere if the scene has no light at all]
     #[arg(long, value_name = "FILE", conflicts_with = "env_color")]
     env: Option<PathBuf>,
 
@@ -48,7 +48,7 @@ pub struct Environment {
     pub recorded: Option<String>,
 }
 
-/// The environment that the options ask for, or a neutral one for a scene without light.
+/// The environment that the options ask for, else that of the file, or a neutral one for a scene without light.
 pub fn choose(
     args: &EnvironmentArgs,
     limits: &Limits,
@@ -56,6 +56,9 @@ pub fn choose(
     terminal: Terminal,
 ) -> Result<Environment, Failure> {
     let scale = args.env_scale.unwrap_or(1.0);
+    if loaded.environment.is_some() && (args.env.is_some() || args.env_color.is_some()) {
+        terminal.warn("the file's own environment (EXT_lights_image_based) is left out: the options choose another");
+    }
     if let Some(path) = &args.env {
         let file = io::load_environment_within(limits, path, scale, args.env_rotate.to_radians())
             .map_err(|error| Failure::input(error.to_string()))?;
@@ -67,6 +70,13 @@ pub fn choose(
     }
     if let Some(color) = args.env_color {
         return constant(color * scale);
+    }
+    if let Some(light) = &loaded.environment {
+        let map = light.to_map(scale).map_err(|NotARadiance { value, .. }| {
+            Failure::usage(format!("the file's environment has a radiance of {value} by this --env-scale: lower it"))
+        })?;
+        let recorded = format!("of the file scale {scale}");
+        return Ok(Environment { light: Some(Light::EnvironmentMap(Arc::new(map))), recorded: Some(recorded) });
     }
     if loaded.is_lit() {
         if args.env_scale.is_some() {

@@ -150,8 +150,9 @@ pub fn header(sensor: Sensor, settings: &BTreeMap<String, String>, sums: &Sums<'
 fn view(view: View) -> String {
     match view {
         View::Perspective { yfov, lens: None } => format!("yfov {yfov}"),
-        View::Perspective { yfov, lens: Some(ThinLens { aperture, focus }) } => {
-            format!("yfov {yfov} aperture {aperture} focus {focus}")
+        View::Perspective { yfov, lens: Some(ThinLens { aperture, focus, blades }) } => {
+            let blades = blades.map(|blades| format!(" blades {} rotation {}", blades.count(), blades.rotation()));
+            format!("yfov {yfov} aperture {aperture} focus {focus}{}", blades.unwrap_or_default())
         }
         View::Orthographic { height } => format!("orthographic height {height}"),
     }

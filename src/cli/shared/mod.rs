@@ -11,6 +11,7 @@ pub mod image;
 pub mod interrupt;
 pub mod layers;
 pub mod listening;
+pub mod look;
 pub mod number;
 pub mod opened;
 pub mod passes;

@@ -3,7 +3,7 @@
 use std::{io, path::PathBuf};
 
 use pathspace::{
-    film::{Exposure, Format, Header, Image, Samples, check_writable, encode_exr, encode_png, write_atomically},
+    film::{Format, Header, Image, Look, Samples, check_writable, encode_exr, encode_png, write_atomically},
     math::{Rgb, luminance},
 };
 
@@ -58,16 +58,16 @@ impl Outputs {
         &self,
         picture: &Picture,
         header: &Header,
-        exposure: Exposure,
+        look: impl Into<Look>,
         terminal: Terminal,
     ) -> Result<(), Failure> {
         let Picture { image, alpha, layers, data } = picture;
-        let alpha = alpha.as_deref();
+        let (alpha, look) = (alpha.as_deref(), look.into());
         self.write_each(|format| match format {
             Format::Exr => encode_exr(image, alpha, layers, data, header),
             Format::Png => {
-                terminal.detail(format_args!("exposure {:+.2} EV", exposure.ev(image)));
-                encode_png(image, alpha, exposure)
+                terminal.detail(format_args!("exposure {:+.2} EV", look.exposure.ev(image)));
+                encode_png(image, alpha, look)
             }
         })
     }

@@ -14,6 +14,7 @@ use pathspace::{
     sampling::{Filter, SamplerKind},
     scene::{
         bsdf::Directions,
+        camera::Blades,
         geometry::BuildEffort,
         light::{BRIGHTEST, LightChoice},
     },
@@ -360,6 +361,13 @@ pub fn radiance(text: &str) -> Result<Rgb, String> {
 /// A number that is neither infinite nor NaN.
 pub fn finite(text: &str) -> Result<f32, String> {
     text.parse().ok().filter(|x: &f32| x.is_finite()).ok_or_else(|| "a finite number is needed".to_owned())
+}
+
+/// `--blades`: their number, or 0 for none.
+pub fn blades(text: &str) -> Result<u32, String> {
+    let [least, most] = Blades::COUNTS;
+    let known = |count: &u32| *count == 0 || (least..=most).contains(count);
+    text.parse().ok().filter(known).ok_or_else(|| format!("0, or a number from {least} to {most}, is needed"))
 }
 
 /// A radius whose square f32 has, and its reciprocal.

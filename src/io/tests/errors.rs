@@ -187,6 +187,11 @@ fn spheres_lights_and_cameras_out_of_bounds() {
     refused(&lens(json!({ "aperture": 1e30, "focusDistance": 1 })), &[place, "no diameter"]);
     refused(&lens(json!({ "aperture": 0.1, "focusDistance": 0 })), &[place, "the focus distance lies"]);
     refused(&lens(json!({ "aperture": 0.1, "focusDistance": "far" })), &[place, "/focusDistance: "]);
+    let iris = |blades: Value, rotation: Value| {
+        lens(json!({ "aperture": 1, "focusDistance": 1, "blades": blades, "rotation": rotation }))
+    };
+    refused(&iris(json!(2), json!(0)), &[place, "/blades: the number of blades is not one of 3 to 64"]);
+    refused(&iris(json!(6), json!("much")), &[place, "/rotation: this is no angle"]);
     let film = |x: f64, y: f64| {
         let document = with("/nodes/0/camera", json!(0));
         let film = json!({ "xmag": x, "ymag": y, "znear": 0, "zfar": 1 });

@@ -6,6 +6,7 @@ use crate::{
     io::{NamedCamera, PunctualLight, ThinLens, View},
     scene::{
         bsdf::Bsdf,
+        camera::Blades,
         material::{AlphaMode, EmissionSides},
     },
 };
@@ -319,10 +320,18 @@ fn lenses_and_orthographic_films_are_in_metres_of_the_world() {
         let loaded = load(&changed(document, "/cameras", json!([camera]))).unwrap();
         (loaded.cameras[0].view, loaded.cameras[0].aspect, loaded.warnings)
     };
-    let lens = json!({ "PATHSPACE_thin_lens": { "aperture": 0.05, "focusDistance": 2 } });
-    let camera = json!({ "type": "perspective", "perspective": { "yfov": 1.0, "znear": 0.1 }, "extensions": lens });
-    let lens = Some(ThinLens { aperture: 0.05, focus: 2.0 });
-    assert_eq!(seen(camera), (View::Perspective { yfov: 1.0, lens }, None, vec![]));
+    let through = |lens: Value| {
+        let extensions = json!({ "PATHSPACE_thin_lens": lens });
+        seen(json!({ "type": "perspective", "perspective": { "yfov": 1.0, "znear": 0.1 }, "extensions": extensions }))
+    };
+    let lens = ThinLens { aperture: 0.05, focus: 2.0, blades: None };
+    let perspective = |lens| (View::Perspective { yfov: 1.0, lens: Some(lens) }, None, vec![]);
+    assert_eq!(through(json!({ "aperture": 0.05, "focusDistance": 2 })), perspective(lens));
+    let bladed = |count, rotation| ThinLens { blades: Blades::new(count, rotation), ..lens };
+    let six = json!({ "aperture": 0.05, "focusDistance": 2, "blades": 6 });
+    assert_eq!(through(six), perspective(bladed(6, 0.0)));
+    let turned = json!({ "aperture": 0.05, "focusDistance": 2, "blades": 5, "rotation": 0.5 });
+    assert_eq!(through(turned), perspective(bladed(5, 0.5)));
     let film = |x: f64, y: f64| {
         let orthographic = json!({ "xmag": x, "ymag": y, "znear": 0, "zfar": 9 });
         json!({ "type": "orthographic", "orthographic": orthographic })

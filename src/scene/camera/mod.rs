@@ -3,7 +3,7 @@
 //! | camera | p_0 | first direction |
 //! |---|---|---|
 //! | pinhole | one point: δ(p_0) | uniform over the film at unit distance |
-//! | thin lens | uniform on a disk | through the point of the focus plane that the pinhole in its centre would see |
+//! | thin lens | uniform on a disk or polygon | to the point of the focus plane that a pinhole in its middle sees |
 //! | orthographic | uniform on the film | one direction: δ(ω) |
 //!
 //! Of an orthographic path, the direction of the first edge is what p_0 stands for, as for a sun at the other end: its
@@ -11,6 +11,7 @@
 //! such a path arrives follows from p_1, so it is no variable of its own; `position` of p_0 still says it, for rays and
 //! rasters.
 
+mod blades;
 mod sensor;
 
 #[cfg(test)]
@@ -20,7 +21,10 @@ use std::f32::consts::PI;
 
 use glam::{Vec2, Vec3};
 
-pub use self::sensor::{Raster, Sensor};
+pub use self::{
+    blades::Blades,
+    sensor::{Raster, Sensor},
+};
 use super::{
     geometry::Bounds,
     point::{Place, Point},
@@ -67,8 +71,8 @@ pub struct Seen<L: Lanes = One> {
 enum Projection {
     /// Through one point.
     Pinhole,
-    /// Through a disk of this radius, sharp at the distance `focus` along the axis. Metres.
-    ThinLens { radius: f32, focus: f32 },
+    /// Through a disk of this radius, or a polygon of its area, sharp at the distance `focus` along the axis. Metres.
+    ThinLens { radius: f32, focus: f32, blades: Option<Blades> },
     /// Along one direction.
     Orthographic,
 }
@@ -118,9 +122,23 @@ impl Camera {
             "no lens: {aperture} m wide, focus at {focus} m"
         );
         let radius = 0.5 * aperture;
-        let projection =
-            if radius >= SMALLEST_LENS { Projection::ThinLens { radius, focus } } else { Projection::Pinhole };
+        let projection = if radius >= SMALLEST_LENS {
+            Projection::ThinLens { radius, focus, blades: None }
+        } else {
+            Projection::Pinhole
+        };
         Self { projection, ..self }
+    }
+
+    /// The same camera with these blades before its lens, if it has one.
+    #[must_use]
+    pub fn with_blades(self, blades: Option<Blades>) -> Self {
+        match self.projection {
+            Projection::ThinLens { radius, focus, .. } => {
+                Self { projection: Projection::ThinLens { radius, focus, blades }, ..self }
+            }
+            Projection::Pinhole | Projection::Orthographic => self,
+        }
     }
 
     /// The same camera with an image of another size: as much of the scene over its height, and over its width as the
@@ -164,7 +182,7 @@ impl Camera {
     pub fn sample_lens(&self, raster: Raster, u: Vec2) -> Point {
         match self.projection {
             Projection::Pinhole => self.lens_point(),
-            Projection::ThinLens { radius, .. } => self.on_lens(radius, u),
+            Projection::ThinLens { radius, blades, .. } => self.on_lens(radius, blades, u),
             Projection::Orthographic => {
                 let [x, y] = self.film(raster.0.to_array());
                 self.lens_at(self.position + self.right * x - self.up * y)
@@ -179,7 +197,7 @@ impl Camera {
     pub fn sample_lens_towards(&self, seen: &Point, u: Vec2) -> Option<Point> {
         match self.projection {
             Projection::Pinhole => Some(self.lens_point()),
-            Projection::ThinLens { radius, .. } => Some(self.on_lens(radius, u)),
+            Projection::ThinLens { radius, blades, .. } => Some(self.on_lens(radius, blades, u)),
             Projection::Orthographic => {
                 let depth = (seen.position - self.position).dot(self.forward);
                 let before = depth > 0.0 && seen.place != Place::Infinite;
@@ -192,7 +210,9 @@ impl Camera {
     pub(super) fn lens_bounds(&self) -> Bounds {
         let reach = match self.projection {
             Projection::Pinhole => Vec3::ZERO,
-            Projection::ThinLens { radius, .. } => radius * (self.right.abs() + self.up.abs()),
+            Projection::ThinLens { radius, blades, .. } => {
+                radius * blades.map_or(1.0, Blades::reach) * (self.right.abs() + self.up.abs())
+            }
             Projection::Orthographic => {
                 let padded = self.sensor.size() + 2.0 * self.sensor.padding as f32;
                 let half = 0.5 * self.pixel * padded;
@@ -202,8 +222,11 @@ impl Camera {
         Bounds { min: self.position - reach, max: self.position + reach }
     }
 
-    fn on_lens(&self, radius: f32, u: Vec2) -> Point {
-        let q = radius * Vec2::from(warp::disk(u.to_array()));
+    fn on_lens(&self, radius: f32, blades: Option<Blades>, u: Vec2) -> Point {
+        let q = match blades {
+            Some(blades) => radius * blades.sample(u),
+            None => radius * Vec2::from(warp::disk(u.to_array())),
+        };
         self.lens_at(self.position + self.right * q.x + self.up * q.y)
     }
 
@@ -220,7 +243,8 @@ impl Camera {
         }
     }
 
-    /// The density of p_0: 1/A_lens; 1 as the coefficient of a pinhole's δ(p_0) or of an orthographic camera's δ(ω).
+    /// The density of p_0: 1/A_lens, of a disk or a polygon (see [`Blades`]); 1 as the coefficient of a pinhole's
+    /// δ(p_0) or of an orthographic camera's δ(ω).
     #[inline(always)]
     pub fn pdf_lens(&self) -> PdfArea {
         match self.projection {

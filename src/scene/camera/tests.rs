@@ -1,3 +1,5 @@
+use std::f32::consts::TAU;
+
 use super::*;
 
 const SENSOR: Sensor = Sensor { width: 40, height: 30, padding: 2 };
@@ -14,8 +16,12 @@ fn orthographic() -> Camera {
     Camera::orthographic(Vec3::new(1.0, 2.0, 3.0), Vec3::new(-2.0, 1.0, 0.5), Vec3::Y, 3.0, SENSOR)
 }
 
-fn all() -> [Camera; 3] {
-    [pinhole(), thin_lens(), orthographic()]
+fn iris() -> Camera {
+    thin_lens().with_blades(Blades::new(5, 0.3))
+}
+
+fn all() -> [Camera; 4] {
+    [pinhole(), thin_lens(), iris(), orthographic()]
 }
 
 /// Well distributed numbers in the unit square.
@@ -151,6 +157,53 @@ fn a_point_in_the_focus_plane_is_sharp_and_one_at_twice_its_distance_is_not() {
         let expected = 0.2 * (1.0 / 2.5 - 1.0 / 5.0) / lens_camera.pixel;
         assert!((blurred / expected - 1.0).abs() < 0.1, "{blurred} instead of {expected}");
     }
+}
+
+/// Points of the lens, right and up, over the radius of the disk.
+fn on_the_lens(camera: &Camera, n: u32) -> impl Iterator<Item = Vec2> {
+    (0..n).map(move |i| {
+        let d = camera.sample_lens(Raster(Vec2::splat(9.0)), lattice(i, n)).position - camera.position;
+        Vec2::new(d.dot(camera.right), d.dot(camera.up)) / 0.2
+    })
+}
+
+#[test]
+fn an_iris_is_a_polygon_of_the_area_of_its_disk() {
+    for (count, rotation) in [(3, 0.0), (5, 0.3), (6, -1.0), (9, 40.0), (64, 0.0)] {
+        let blades = Blades::new(count, rotation).unwrap();
+        let camera = thin_lens().with_blades(Some(blades));
+        assert_eq!(camera.pdf_lens(), thin_lens().pdf_lens());
+        // Inside of all edges, which lie at R cos(π/N) across from the middles between corners.
+        let (half, n) = (PI / count as f32, 40_000);
+        let inner = blades.reach() * half.cos();
+        let area = count as f32 * inner * inner * half.tan();
+        assert!((area / PI - 1.0).abs() < 1e-5, "{count}: {area}");
+        // Equal parts of the area: sectors of a blade, and each of two halves by the distance to its edge.
+        let mut counts = vec![0_u32; 4 * count as usize];
+        let mut reach = 0.0_f32;
+        for q in on_the_lens(&camera, n) {
+            let angle = (q.to_angle() - rotation).rem_euclid(TAU);
+            let sector = ((angle / half) as usize).min(2 * count as usize - 1);
+            let outward = Vec2::from_angle(rotation + half * (2 * (sector / 2) + 1) as f32);
+            let out = q.dot(outward) / inner;
+            assert!(out < 1.0 + 1e-5, "{count}: {q} outside of its edge");
+            counts[2 * sector + usize::from(out > 0.5_f32.sqrt())] += 1;
+            reach = reach.max(q.length());
+            assert!(
+                camera.lens_bounds().max.cmpge(camera.position + 0.2 * (camera.right * q.x + camera.up * q.y)).all()
+            );
+        }
+        assert!(reach > 0.97 * blades.reach(), "{count}: {reach}");
+        let expected = f64::from(n) / counts.len() as f64;
+        let chi2: f64 = counts.iter().map(|found| (f64::from(*found) - expected).powi(2) / expected).sum();
+        // Regular numbers scatter less than independent ones, whose χ² is about the number of bins.
+        assert!(chi2 < counts.len() as f64, "{count}: χ² {chi2} of {} bins: {counts:?}", counts.len());
+    }
+    // A corner is to the right, and the next one counter-clockwise from it.
+    let far = on_the_lens(&thin_lens().with_blades(Blades::new(4, 0.0)), 40_000).max_by(|a, b| a.x.total_cmp(&b.x));
+    assert!((far.unwrap() - Vec2::new(PI.sqrt() / 2.0_f32.sqrt(), 0.0)).length() < 0.05, "{far:?}");
+    assert!(Blades::new(2, 0.0).is_none() && Blades::new(65, 0.0).is_none() && Blades::new(5, f32::NAN).is_none());
+    assert!(!pinhole().with_blades(Blades::new(5, 0.0)).has_aperture());
 }
 
 #[test]

@@ -7,6 +7,7 @@
 mod choice;
 mod emission;
 mod environment;
+mod goniometric;
 mod next_event;
 mod source;
 mod spot;
@@ -32,6 +33,7 @@ pub use self::{
     choice::LightChoice,
     emission::EmissionMap,
     environment::{EnvironmentMap, NotARadiance},
+    goniometric::{Goniometric, Profile},
     source::Light,
     spot::Spot,
 };
@@ -186,6 +188,7 @@ impl Lights {
             }
             Light::Point { intensity, .. } => of(*intensity) * 4.0 * PI,
             Light::Spot(spot) => of(spot.intensity()) * f64::from(spot.solid_angle()),
+            Light::Goniometric(lamp) => of(lamp.power()),
             Light::Directional { irradiance, .. } => of(*irradiance) * disk,
             Light::Environment { radiance } => of(*radiance) * 4.0 * PI * disk,
             Light::EnvironmentMap(map) => f64::from(map.integral()) * disk,
@@ -203,6 +206,7 @@ impl Lights {
                 Light::Area { radiance, .. } | Light::Environment { radiance } => radiance.max_element(),
                 Light::Point { intensity, .. } => intensity.max_element() * FRAC_1_PI / (near * near),
                 Light::Spot(spot) => spot.intensity().max_element() * FRAC_1_PI / (near * near),
+                Light::Goniometric(lamp) => lamp.peak().max_element() * FRAC_1_PI / (near * near),
                 Light::EnvironmentMap(map) => map.brightest(),
                 Light::Directional { irradiance, .. } => irradiance.max_element() * FRAC_1_PI,
             })
@@ -237,6 +241,7 @@ impl Lights {
             Light::Area { .. } => Rgb::ZERO,
             Light::Point { intensity, .. } => *intensity,
             Light::Spot(spot) => spot.intensity_towards(w.into()),
+            Light::Goniometric(lamp) => lamp.intensity_towards(w.into()),
             Light::Directional { irradiance, .. } => *irradiance,
             Light::Environment { radiance } => *radiance,
             Light::EnvironmentMap(map) => map.radiance(position.into()),
@@ -345,7 +350,7 @@ impl Lights {
         match self.get(id) {
             Light::Area { area, map: None, .. } => choice / area,
             Light::Area { area, map: Some(map), .. } => choice / area * map.density(barycentric),
-            Light::Point { .. } | Light::Spot(_) | Light::Directional { .. } => choice,
+            Light::Point { .. } | Light::Spot(_) | Light::Goniometric(_) | Light::Directional { .. } => choice,
             Light::Environment { .. } => choice * (0.25 * FRAC_1_PI),
             Light::EnvironmentMap(map) => choice * map.pdf(position.into()).0,
         }
@@ -368,6 +373,7 @@ impl Lights {
             Light::Area { sides, .. } => pdf_of_emitted(*sides == EmissionSides::Both, cos),
             Light::Point { .. } => 0.25 * FRAC_1_PI,
             Light::Spot(spot) => spot.pdf(w.into()).0,
+            Light::Goniometric(lamp) => lamp.pdf(w.into()).0,
             Light::Directional { .. } | Light::Environment { .. } | Light::EnvironmentMap(_) => {
                 FRAC_1_PI / (self.radius * self.radius)
             }
@@ -399,6 +405,8 @@ impl Lights {
             }
             Light::Point { .. } => (warp::sphere(direction), None),
             Light::Spot(spot) => (spot.sample(direction), None),
+            // Nothing else needs the numbers of the place.
+            Light::Goniometric(lamp) => (lamp.sample(position.refined(rest.rest())), None),
             Light::Directional { .. } | Light::Environment { .. } | Light::EnvironmentMap(_) => {
                 let offset =
                     Frame::around(point.position).to_world(Vec2::from(warp::disk(direction.to_array())).extend(1.0));
@@ -441,6 +449,7 @@ impl Lights {
             }
             Light::Point { position, .. } => without_extent(*position, id),
             Light::Spot(spot) => without_extent(spot.position(), id),
+            Light::Goniometric(lamp) => without_extent(lamp.position(), id),
             Light::Directional { towards, .. } => at_infinity(*towards, id),
             Light::Environment { .. } => at_infinity(warp::sphere(u.place()), id),
             Light::EnvironmentMap(map) => at_infinity(map.sample(u.refined(rest.rest())), id),

@@ -8,6 +8,7 @@ use super::{
     choice::Family,
     emission::{Detail, EmissionMap},
     environment::EnvironmentMap,
+    goniometric::Goniometric,
     spot::Spot,
 };
 use crate::{
@@ -46,6 +47,8 @@ pub enum Light {
     },
     /// A point that shines into a cone. Never seen directly.
     Spot(Spot),
+    /// A point that shines as a table over directions says. Never seen directly.
+    Goniometric(Arc<Goniometric>),
     /// A sun: parallel light. Never seen directly.
     Directional {
         /// The unit direction *towards* the light.
@@ -80,6 +83,7 @@ impl Light {
             Self::Area { radiance, .. } => luminance(*radiance),
             Self::Point { intensity, .. } => luminance(*intensity),
             Self::Spot(spot) => luminance(spot.intensity()),
+            Self::Goniometric(lamp) => luminance(lamp.peak()),
             Self::Directional { .. } | Self::Environment { .. } | Self::EnvironmentMap(_) => 0.0,
         }
     }
@@ -88,7 +92,7 @@ impl Light {
     pub(super) fn family(&self) -> Family {
         match self {
             Self::Area { .. } => Family::Surface,
-            Self::Point { .. } | Self::Spot(_) => Family::Lamp,
+            Self::Point { .. } | Self::Spot(_) | Self::Goniometric(_) => Family::Lamp,
             Self::Directional { .. } => Family::Sun,
             Self::Environment { .. } | Self::EnvironmentMap(_) => Family::Environment,
         }

@@ -1,12 +1,15 @@
-//! Spots and environment maps: their densities against counts, integrals and closed forms.
+//! Spots, profiles and environment maps: their densities against counts, integrals and closed forms.
 
-use std::f64::consts::{FRAC_PI_2, PI, TAU};
+use std::{
+    f64::consts::{FRAC_PI_2, PI, TAU},
+    sync::Arc,
+};
 
-use glam::{DVec2, Vec2, Vec3};
+use glam::{DVec2, Mat3, Vec2, Vec3};
 use proptest::{prelude::prop_assert, proptest};
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 
-use super::{BRIGHTEST, EnvironmentMap, Light, Lights, Spot};
+use super::{BRIGHTEST, EnvironmentMap, Goniometric, Light, Lights, Profile, Spot};
 use crate::{
     math::{Frame, Rgb, luminance},
     sampling::{Choice, Independent, PdfSolidAngle, Sampler, Stream},
@@ -139,6 +142,93 @@ fn a_spots_samples_follow_its_intensity() {
         let p = bins.p_value(24, 200_000, |u| spot.sample(u), |w| spot.pdf(w));
         assert!(p > 1e-4, "{cone:?}: p = {p:.2e}");
     }
+}
+
+/// Polar angles and azimuths of tables, degrees: all around, half, beside the axis; coarse and fine.
+const WEBS: [(&[f64], &[f64]); 4] = [
+    (&[0.0, 30.0, 45.0, 90.0], &[0.0, 360.0]),
+    (&[0.0, 90.0, 180.0], &[0.0, 90.0, 135.0, 300.0, 360.0]),
+    (&[90.0, 100.0, 101.0, 180.0], &[90.0, 180.0, 270.0, 360.0, 450.0]),
+    (&[20.0, 20.5, 40.0], &[0.0, 1.0, 200.0, 360.0]),
+];
+
+/// An intensity for each angle: some dark, and the last azimuth as the first.
+fn intensity(azimuths: usize, i: usize, j: usize) -> f32 {
+    [0.0, 3.0, 1.0, 0.5, 8.0, 0.0, 2.0][(3 * i + 2 * (j % (azimuths - 1))) % 7]
+}
+
+fn radians(angles: &[f64]) -> Vec<f64> {
+    angles.iter().map(|angle| angle.to_radians()).collect()
+}
+
+fn lamp((polar, azimuths): (&[f64], &[f64]), to_world: Mat3) -> Goniometric {
+    let profile = Profile::new(&radians(polar), &radians(azimuths), |i, j| intensity(azimuths.len(), i, j)).unwrap();
+    Goniometric::new(Vec3::ZERO, to_world, Rgb::new(1.0, 2.0, 3.0), Arc::new(profile))
+}
+
+/// Intensity between the angles as tables of a goniometer are read, in degrees.
+fn interpolated((polar, azimuths): (&[f64], &[f64]), theta: f64, phi: f64) -> f64 {
+    let phi = azimuths[0] + (phi - azimuths[0]).rem_euclid(360.0);
+    let place = |angles: &[f64], x: f64| {
+        let i = angles.partition_point(|angle| *angle <= x).clamp(1, angles.len() - 1) - 1;
+        (i, (x - angles[i]) / (angles[i + 1] - angles[i]))
+    };
+    if theta < polar[0] || theta > polar[polar.len() - 1] {
+        return 0.0;
+    }
+    let ((i, down), (j, right)) = (place(polar, theta), place(azimuths, phi));
+    let at = |i, j| f64::from(intensity(azimuths.len(), i, j));
+    let row = |i| at(i, j) * (1.0 - right) + at(i, j + 1) * right;
+    row(i) * (1.0 - down) + row(i + 1) * down
+}
+
+#[test]
+fn a_profile_is_linear_between_the_angles_of_its_table() {
+    for web in WEBS {
+        let lamp = lamp(web, Mat3::IDENTITY);
+        let mut sum = 0.0;
+        let (n, m) = (720, 180);
+        for (i, j) in (0..n).flat_map(|i| (0..m).map(move |j| (i, j))) {
+            let (theta, phi) =
+                ((f64::from(i) + 0.4) * 180.0 / f64::from(n), (f64::from(j) + 0.3) * 360.0 / f64::from(m));
+            let (sin, cos) = theta.to_radians().sin_cos();
+            let (y, x) = phi.to_radians().sin_cos();
+            let found = lamp.intensity_towards(Vec3::new((sin * x) as f32, (sin * y) as f32, -cos as f32));
+            let expected = interpolated(web, theta, phi);
+            sum += expected * sin * PI / f64::from(n) * TAU / f64::from(m);
+            // Rows 1° apart: a quarter of what the steepest rises there next to a pole.
+            let (off, from_pole) = ((f64::from(found.r()) - expected).abs(), theta.min(180.0 - theta));
+            assert!(off < 0.3 * (1.0 + from_pole).recip() + 0.01, "{web:?} at {theta}, {phi}: {found} for {expected}");
+            assert!((found - found.r() * Rgb::new(1.0, 2.0, 3.0)).abs().element_sum() < 1e-5);
+        }
+        let flux = f64::from(lamp.power().r());
+        assert!((flux / sum - 1.0).abs() < 5e-3, "{web:?}: {flux} lm for {sum}");
+    }
+}
+
+#[test]
+fn a_profiles_samples_follow_its_intensity() {
+    let turned = Mat3::from_rotation_x(0.7) * Mat3::from_rotation_z(0.4);
+    let mirrored = turned * Mat3::from_diagonal(Vec3::new(1.0, -1.0, 1.0));
+    for (web, to_world) in WEBS.into_iter().zip([turned, Mat3::IDENTITY, mirrored, turned]) {
+        let lamp = lamp(web, to_world);
+        let (axis, half_angle) = lamp.cone();
+        let bins = Bins::around(axis, f64::from(half_angle.cos()));
+        let p = bins.p_value(64, 200_000, |u| lamp.sample(choices(u)), |w| lamp.pdf(w));
+        assert!(p > 1e-4, "{web:?}: p = {p:.2e}");
+        let mut random = Independent::new(4, 0, 0, Stream::Light);
+        for _ in 0..2000 {
+            let w = lamp.sample(choices(random.next_2d()));
+            let estimate = lamp.intensity_towards(w).r() / lamp.pdf(w).0;
+            assert!((estimate / lamp.power().r() - 1.0).abs() < 1e-5, "{web:?} at {w}: {estimate}");
+            assert!(w.angle_between(axis) < half_angle + 1e-3, "{web:?}: {w} outside of the cone");
+        }
+    }
+}
+
+#[test]
+fn a_dark_profile_is_none() {
+    assert!(Profile::new(&[0.0, PI], &[0.0, TAU], |_, _| 0.0).is_none());
 }
 
 /// A map with detail at every texel: black ones, tinted ones and a sun.

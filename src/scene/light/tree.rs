@@ -61,6 +61,11 @@ impl LightBounds {
                 let shape = everywhere(point(spot.position()), luminance);
                 Self { axis: spot.axis(), cos_o: full.cos(), cos_e: (outer - full).cos(), ..shape }
             }
+            Light::Goniometric(lamp) => {
+                let (axis, half_angle) = lamp.cone();
+                let shape = everywhere(point(lamp.position()), luminance);
+                Self { axis, cos_o: half_angle.cos(), cos_e: 1.0, ..shape }
+            }
             Light::Directional { .. } | Light::Environment { .. } | Light::EnvironmentMap(_) => return None,
         };
         let Self { bounds: Bounds { min, max }, intensity, .. } = one;

@@ -105,6 +105,7 @@ impl<'a> Places<'a> {
             }
             Light::Point { position, .. } => self.at(*position),
             Light::Spot(spot) => self.at(spot.position()),
+            Light::Goniometric(lamp) => self.at(lamp.position()),
             Light::Directional { .. } | Light::Environment { .. } | Light::EnvironmentMap(_) => Start::Nothing,
         };
         lights.all().iter().map(start).collect()

@@ -3,7 +3,7 @@
 
 use std::{f64::consts::PI, sync::Arc};
 
-use glam::{DQuat, DVec3, Vec3};
+use glam::{DMat3, DQuat, DVec3, Vec3};
 use pathspace::{
     integrator::IntegratorKind,
     math::Rgb,
@@ -11,7 +11,7 @@ use pathspace::{
     scene::{
         Scene,
         geometry::Geometry,
-        light::{EnvironmentMap, Light, Spot},
+        light::{EnvironmentMap, Goniometric, Light, Profile, Spot},
         material::{Material, MaterialId},
     },
 };
@@ -177,6 +177,34 @@ fn points_and_spots_by_the_square_of_the_distance() {
             2.0 * falloff * -d.normalize().dot(normal) / d.length_squared()
         });
         assert_image(name, &scene, &TO_POINTS, 2, 0.01, &truth);
+    }
+}
+
+/// E = I(θ, φ) cos θ/d² of a lamp whose profile is 1 + 2 θ/π at φ = 0, three times that at φ = π, and linear between.
+#[test]
+fn profiles_by_their_table() {
+    let polar: Vec<_> = (0..=4).map(|i| f64::from(i) * PI / 4.0).collect();
+    let towards = |theta: f64| 1.0 + theta * 2.0 / PI;
+    let value = |i: usize, j: usize| (towards(polar[i]) * if j == 1 { 3.0 } else { 1.0 }) as f32;
+    let profile = Arc::new(Profile::new(&polar, &[0.0, PI, 2.0 * PI], value).unwrap());
+    for (tilt, mirror) in [(0.0, 1.0), (-0.5, 1.0), (-0.5, -1.0)] {
+        let turn = DQuat::from_rotation_y(0.6) * DQuat::from_rotation_x(0.4);
+        let at = turn * DVec3::new(-0.2, 0.6, 0.1);
+        // Aimed beside the receiver.
+        let z = (at - turn * DVec3::new(0.4, 0.0, -0.3)).normalize();
+        let x = z.any_orthonormal_vector();
+        let frame = DMat3::from_cols(x, z.cross(x) * mirror, z);
+        let lamp = Goniometric::new(at.as_vec3(), frame.as_mat3(), Rgb::splat(2.0), profile.clone());
+        let (scene, receiver) = under(tilt, (0.0, &[Light::Goniometric(Arc::new(lamp))]), |_, _| {});
+        let normal = receiver.normal();
+        let truth = receiver.expected(48, |p| {
+            let d = p - at;
+            let w = frame.transpose() * d.normalize();
+            let around = w.y.atan2(w.x).abs() / PI;
+            let intensity = 2.0 * towards((-w.z).acos()) * (1.0 + 2.0 * around);
+            intensity * -d.normalize().dot(normal) / d.length_squared()
+        });
+        assert_image(&format!("profile, {tilt}, {mirror}"), &scene, &TO_POINTS, 2, 0.01, &truth);
     }
 }
 
