@@ -15,9 +15,17 @@ import numpy as np
 from . import _native
 from ._oidn import look_for_wheel
 from ._progress import notebook_display
+from ._words import words
 
 if TYPE_CHECKING:
+    from typing_extensions import Unpack
+
     from numpy.typing import NDArray
+
+    from ._options import Look
+
+#: The keywords that say how a .png file looks.
+_LOOK = frozenset(("exposure", "tone", "white_balance"))
 
 
 class Image:
@@ -106,18 +114,19 @@ class Image:
         names = ("samples", "camera_rays", "light_rays", "visibility_rays")
         return dict(zip(names, self._native.statistics))
 
-    def save(self, path: Union[str, os.PathLike[str]], exposure: Optional[float] = None) -> None:
+    def save(self, path: Union[str, os.PathLike[str]], **look: Unpack[Look]) -> None:
         """Writes the file that ``pathspace render`` writes for the same settings, to the byte.
 
-        An .exr file holds everything, without loss; a .png file shows the image at the exposure 2^``exposure``
-        (automatic if None). Raises :class:`pathspace.UsageError` for other names, and
+        An .exr file holds everything, without loss. How a .png file shows the image, the options of the command line
+        say: ``exposure`` (radiances times 2^``exposure``; automatic if None), ``tone`` ("none", "filmic" or "agx") and
+        ``white_balance`` (kelvin). Raises :class:`pathspace.UsageError` for other names, and
         :class:`pathspace.OutputError` where nothing can be written.
         """
-        self._native.write(os.fspath(path), exposure)
+        self._native.write(os.fspath(path), words("save", "render", _LOOK, look))
 
-    def encode(self, format: str, exposure: Optional[float] = None) -> bytes:
+    def encode(self, format: str, **look: Unpack[Look]) -> bytes:
         """The bytes of that file, for ``format`` "exr" or "png"."""
-        return self._native.encode(format, exposure)
+        return self._native.encode(format, words("encode", "render", _LOOK, look))
 
     def denoise(self, oidn: Union[str, os.PathLike[str], None] = None) -> Image:
         """The image without its noise, by Open Image Denoise: to look at, not to measure, as the result is biased.
@@ -134,9 +143,10 @@ class Image:
         look_for_wheel()
         return Image(self._native.denoise(oidn))
 
-    def show(self, exposure: Optional[float] = None) -> None:
-        """Shows the image: in a notebook as its output, elsewhere in whatever opens .png files."""
-        png = self.encode("png", exposure)
+    def show(self, **look: Unpack[Look]) -> None:
+        """Shows the image, as :meth:`save` would: in a notebook as its output, elsewhere in whatever opens .png
+        files."""
+        png = self.encode("png", **look)
         display = notebook_display()
         if display is not None:
             display({"image/png": png, "text/plain": repr(self)}, raw=True)

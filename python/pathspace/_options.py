@@ -15,6 +15,14 @@ Time = Union[str, float]
 Name = str
 
 
+class Look(TypedDict, total=False):
+    """How a .png file shows an image."""
+
+    exposure: Union[float, None]
+    tone: Literal["none", "filmic", "agx"]
+    white_balance: Union[float, None]
+
+
 class LoadOptions(TypedDict, total=False):
     """Options that reading a file takes."""
 

@@ -26,8 +26,13 @@ _OF_FILES = frozenset("scene variant at animation limit allow-outside ignore-req
 @lru_cache(maxsize=None)
 def options(command: str) -> Mapping[str, bool]:
     """The keywords of a command, and whether each takes a value."""
-    described = _native.options(command)
-    return {name.replace("-", "_"): takes for name, takes, _ in described if name not in _OF_THE_PROGRAM}
+    return {name: takes for name, takes in _all(command).items() if name.replace("_", "-") not in _OF_THE_PROGRAM}
+
+
+@lru_cache(maxsize=None)
+def _all(command: str) -> Mapping[str, bool]:
+    """The same of the program's own as well."""
+    return {name.replace("-", "_"): takes for name, takes, _ in _native.options(command)}
 
 
 def load_options() -> frozenset[str]:
@@ -52,7 +57,7 @@ def words(function: str, command: str, allowed: Iterable[str], given: Mapping[st
     Raises TypeError for a keyword that is not among ``allowed``, and for a value that no option is made of.
     """
     allowed = frozenset(allowed)
-    takes_value = options(command)
+    takes_value = _all(command)
     result: list[str] = []
     for name, value in given.items():
         if name not in allowed:

@@ -1,21 +1,25 @@
 //! An image with all that is beside it, in memory.
 
-use std::path::PathBuf;
+use std::{ffi::OsString, path::PathBuf};
 
 use pathspace::{
-    film::{Crop, DENOISED, Exposure, Format, Header, Image, Samples, encode_exr, encode_png},
+    film::{Crop, DENOISED, Format, Header, Image, Look, Samples, encode_exr, encode_png},
     math::Rgb,
     render::{Rays, Statistics},
 };
 use pyo3::{prelude::*, types::PyBytes};
 
 use crate::{
-    cli::shared::{
-        denoised::{self, NOISY, OidnArgs, denoise, guides_among},
-        exit::Failure,
-        pictures::{self, Outputs},
+    cli::{
+        Command,
+        shared::{
+            denoised::{self, NOISY, OidnArgs, denoise, guides_among},
+            exit::Failure,
+            pictures::{self, Outputs},
+        },
     },
     errors::exception,
+    options::parsed,
     talk::speaking,
 };
 
@@ -66,11 +70,11 @@ pub fn colours<'py>(py: Python<'py>, pixels: &[Rgb]) -> Bound<'py, PyBytes> {
     bytes(py, 3 * pixels.len(), pixels.iter().flat_map(|pixel| pixel.to_array()).map(f32::to_ne_bytes))
 }
 
-fn exposed(ev: Option<f32>) -> Result<Exposure, Failure> {
-    match ev {
-        Some(ev) if !ev.is_finite() => Err(Failure::usage(format!("an exposure is a finite number, not {ev}"))),
-        _ => Ok(ev.map_or(Exposure::Auto, Exposure::Ev)),
-    }
+/// How a .png file looks by the options of `render` in `words`.
+fn look(words: Vec<OsString>) -> Result<Look, Failure> {
+    let all: Vec<_> = ["render", "scene.glb"].into_iter().map(OsString::from).chain(words).collect();
+    let Command::Render(args) = parsed(&all)? else { unreachable!("the first word is 'render'") };
+    Ok(args.look.look())
 }
 
 #[pymethods]
@@ -164,16 +168,15 @@ impl Picture {
     }
 
     /// The file that [`Picture::write`] would write, by the end of its name: `exr` or `png`.
-    #[pyo3(signature = (format, exposure=None))]
-    fn encode<'py>(&self, py: Python<'py>, format: &str, exposure: Option<f32>) -> PyResult<Bound<'py, PyBytes>> {
+    fn encode<'py>(&self, py: Python<'py>, format: &str, words: Vec<OsString>) -> PyResult<Bound<'py, PyBytes>> {
         let encoded = py.detach(|| {
-            let exposure = exposed(exposure)?;
+            let look = look(words)?;
             let format = Format::of(&PathBuf::from(format!("image.{format}")))
                 .map_err(|error| Failure::usage(error.to_string()))?;
             let pictures::Picture { image, alpha, layers, data } = &self.picture;
             let bytes = match format {
                 Format::Exr => encode_exr(image, alpha.as_deref(), layers, data, &self.header),
-                Format::Png => encode_png(image, alpha.as_deref(), exposure),
+                Format::Png => encode_png(image, alpha.as_deref(), look),
             };
             bytes.map_err(|error| Failure::output(format!("cannot encode the file: {error}")))
         });
@@ -181,12 +184,10 @@ impl Picture {
     }
 
     /// Writes the file that the command line writes.
-    #[pyo3(signature = (path, exposure=None))]
-    fn write(&self, py: Python<'_>, path: PathBuf, exposure: Option<f32>) -> PyResult<()> {
+    fn write(&self, py: Python<'_>, path: PathBuf, words: Vec<OsString>) -> PyResult<()> {
         speaking(py, |terminal| {
             let outputs = Outputs::check(vec![path])?;
-            let exposure = exposed(exposure)?;
-            outputs.write(&self.picture, &self.header, exposure, terminal)
+            outputs.write(&self.picture, &self.header, look(words)?, terminal)
         })
     }
 }

@@ -135,6 +135,20 @@ def test_progress_is_told_and_may_end_a_render(cornell: ps.Scene, capsys: pytest
         cornell.render(width=64, time="20s", progress=enough)
 
 
+def test_a_png_looks_as_the_program_makes_it(cornell: ps.Scene, tmp_path: Path) -> None:
+    file = tmp_path / "program.png"
+    words = ["-i=path", "--width=16", "--spp=1", "--exposure=-1", "--tone=agx", "--white-balance=3000"]
+    assert run(program(), "render", str(SCENES / "cornell-spheres.glb"), *words, "-o", str(file)).returncode == 0
+    image = cornell.render(integrator="path", width=16, spp=1)
+    assert image.encode("png", exposure=-1.0, tone="agx", white_balance=3000) == file.read_bytes()
+    assert image.encode("png") != file.read_bytes()
+    untyped: Any = image
+    with pytest.raises(TypeError, match="unexpected keyword argument 'gamma'"):
+        untyped.encode("png", gamma=2.2)
+    with pytest.raises(ps.UsageError, match="a colour temperature from"):
+        image.save(tmp_path / "package.png", white_balance=1.0)
+
+
 def test_the_pilot_is_told_of(cornell: ps.Scene) -> None:
     """Before the first pass, too, there is something to hear, and a way to end it."""
     moments: list[ps.Progress] = []
