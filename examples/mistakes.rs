@@ -117,6 +117,8 @@ fn run() -> Result<usize, String> {
     copy(root, &tree, Path::new(""), &planted).map_err(|e| format!("cannot copy to {}: {e}", tree.display()))?;
     let tests: BTreeSet<&Test> = wanted.iter().flat_map(|&number| &all[number].tests).collect();
     let built = Built::new(&tree, &root.join("target"), &tests)?;
+    // Cargo takes what was built from the copy for builds of the project itself: it is to find them out of date.
+    touch(&tree.join("src/lib.rs")).map_err(|e| format!("src/lib.rs of the copy: {e}"))?;
     eprintln!("built in {:.0} s", start.elapsed().as_secs_f32());
     for test in tests {
         if built.outcome(test, None)? == Outcome::Red {
@@ -199,6 +201,11 @@ impl Place {
             _ => Err(format!("{file} has '{right}' {} times, not once", found.len())),
         }
     }
+}
+
+/// Writes a file as it is.
+fn touch(file: &Path) -> io::Result<()> {
+    fs::write(file, fs::read(file)?)
 }
 
 /// Makes `tree` a copy of the project with these files instead of its own. What stays the same is not written, so that
