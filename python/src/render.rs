@@ -85,6 +85,7 @@ fn run(
         if let Some(exit) = ended.interrupted {
             return Err(Failure { exit, ..Failure::interrupted() });
         }
+        watcher.borrow_mut().hear_of_end(&ended.moment);
         pass_loop::summarise(&renderer, &ended.moment, terminal);
         warn(black(job, &renderer).as_deref(), &ended, terminal);
         let mut header = image_header(args, (job, recorded), &renderer, ended.quality);
@@ -118,26 +119,37 @@ impl Watcher {
     /// The pilot that chooses an integrator.
     fn hear_of_choice(&mut self, part: f64) -> ControlFlow<()> {
         let line = format!("choosing an integrator, {:.0} %", 100.0 * part);
-        self.ear.hear(|_| (0.0, 0, 0.0, None::<f64>, line, None::<Py<PyBytes>>))
+        self.ear.hear(|_| -> Arguments { (0.0, 0, 0.0, None, line, None) })
+    }
+
+    /// After the last pass, which a goal in seconds does not know beforehand.
+    fn hear_of_end(&mut self, moment: &Moment) {
+        if self.ear.is_listening() {
+            // What it raises is the render's error; there is nothing left to end.
+            let _ = self.ear.hear_now(|py| arguments(py, 1.0, moment, None));
+        }
     }
 }
 
 impl Watch for Watcher {
     fn after_pass(&mut self, renderer: &Renderer<'_>, next: Next, moment: &mut dyn FnMut() -> Moment) -> Option<Exit> {
         let Self { ear, live } = self;
-        let is_last = next == Next::Nothing;
-        let picture = live.as_mut().and_then(|live| live.picture(renderer, is_last));
+        let picture = live.as_mut().filter(|_| next == Next::Pass).and_then(|live| live.picture(renderer));
         let told = |py: Python<'_>| {
             let moment = moment();
-            let picture = picture.as_ref().map(|png| PyBytes::new(py, png).unbind());
-            let (spp, seconds) = (moment.passes, moment.elapsed.as_secs_f64());
-            let fraction = if is_last { 1.0 } else { moment.fraction() };
-            (fraction, spp, seconds, moment.noise, moment.to_string(), picture)
+            arguments(py, moment.fraction(), &moment, picture.as_deref())
         };
-        let now = picture.is_some() || (is_last && ear.is_listening());
-        let flow = if now { ear.hear_now(told) } else { ear.hear(told) };
+        let flow = if picture.is_some() { ear.hear_now(told) } else { ear.hear(told) };
         flow.is_break().then_some(Exit::Interrupted)
     }
+}
+
+/// (fraction, samples per pixel, seconds, noise, line, picture).
+type Arguments = (f64, u32, f64, Option<f64>, String, Option<Py<PyBytes>>);
+
+fn arguments(py: Python<'_>, fraction: f64, moment: &Moment, picture: Option<&[u8]>) -> Arguments {
+    let picture = picture.map(|png| PyBytes::new(py, png).unbind());
+    (fraction, moment.passes, moment.elapsed.as_secs_f64(), moment.noise, moment.to_string(), picture)
 }
 
 /// The image as it comes, as .png files: one about each second, and less often where they take longer.
@@ -150,10 +162,9 @@ impl Live {
     /// So much longer than it took to make one is the time to the next.
     const PAUSE: u32 = 20;
 
-    fn picture(&mut self, renderer: &Renderer<'_>, is_last: bool) -> Option<Vec<u8>> {
+    fn picture(&mut self, renderer: &Renderer<'_>) -> Option<Vec<u8>> {
         let start = Instant::now();
-        // The last one is what the call returns.
-        if is_last || start < self.next {
+        if start < self.next {
             return None;
         }
         let image = renderer.film().image(renderer.passes());
