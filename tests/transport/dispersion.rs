@@ -4,7 +4,7 @@ use std::{collections::BTreeMap, f64::consts::PI, sync::Mutex};
 
 use glam::{DVec2, DVec3, Vec3};
 use pathspace::{
-    film::{CheckpointFile, CheckpointHeader, Image, encode_checkpoint},
+    film::Image,
     integrator::{
         Integrator,
         IntegratorKind::{self, Area, Bdpt, Hybrid, Light as LightTracing, Path, Vcm},
@@ -26,7 +26,7 @@ use pathspace::{
 
 use crate::{
     agreement::{self, Run},
-    identity, scenes,
+    identity, scenes, shards,
 };
 
 /// Abbe's number of what disperses here: 10, about that of rutile.
@@ -259,19 +259,7 @@ fn shards_and_threads_give_the_same_sums() {
         let whole = run(1, 0..5);
         let merged = Renderer::new(&scene, &settings);
         for passes in [3..5, 0..1, 1..3] {
-            let shard = run(3, passes.clone());
-            let header = CheckpointHeader {
-                sensor: Sensor { padding: 0, ..sensor },
-                crop: settings.crop,
-                settings: Default::default(),
-                scale: shard.film().scale(),
-                passes,
-                whole: Some(5),
-                errors: shard.film().errors(),
-                counts: Default::default(),
-            };
-            let bytes = encode_checkpoint(&shard.sums(), &header).unwrap();
-            CheckpointFile::from_reader(std::io::Cursor::new(bytes)).unwrap().add_to(&merged.sums()).unwrap();
+            shards::add(&run(3, passes), &merged, sensor, 5);
         }
         assert_eq!(merged.film().image(5), whole.film().image(5), "{}", settings.integrator);
         assert_ne!(whole.film().image(5), run(2, 0..4).film().image(4));

@@ -36,6 +36,7 @@ mod range;
 mod report;
 mod robustness;
 mod scenes;
+mod shards;
 mod strategies;
 mod textures;
 mod trace;

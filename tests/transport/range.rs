@@ -8,7 +8,7 @@ use std::sync::Arc;
 
 use glam::{DVec3, Vec3};
 use pathspace::{
-    film::{CheckpointFile, CheckpointHeader, ExactSum, Film, Half, encode_checkpoint},
+    film::{ExactSum, Film, Half},
     integrator::IntegratorKind,
     math::Rgb,
     render::{Renderer, Settings},
@@ -22,7 +22,7 @@ use pathspace::{
     },
 };
 
-use crate::scenes;
+use crate::{scenes, shards};
 
 fn render<'a>(scene: &'a Scene, settings: &'a Settings, spp: u32) -> Renderer<'a> {
     let mut renderer = Renderer::new(scene, settings);
@@ -118,20 +118,8 @@ fn shards_of_deposits_that_spill_are_the_whole() {
         let merged = Renderer::new(&scene, &settings);
         for passes in [4..6, 0..1, 1..4] {
             let mut shard = Renderer::new(&scene, &settings).starting_at(passes.start);
-            passes.clone().for_each(|_| shard.pass());
-            let header = CheckpointHeader {
-                sensor: Sensor { padding: 0, ..sensor },
-                crop: settings.crop,
-                settings: Default::default(),
-                scale: shard.film().scale(),
-                passes,
-                whole: Some(6),
-                errors: shard.film().errors(),
-                counts: Default::default(),
-            };
-            let bytes = encode_checkpoint(&shard.sums(), &header).unwrap();
-            let file = CheckpointFile::from_reader(std::io::Cursor::new(bytes)).unwrap();
-            file.add_to(&merged.sums()).unwrap();
+            passes.for_each(|_| shard.pass());
+            shards::add(&shard, &merged, sensor, 6);
         }
         assert!(sums(merged.film()) == sums(whole.film()), "{integrator}");
         assert_eq!(merged.film().image(6), whole.film().image(6));
