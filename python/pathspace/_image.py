@@ -14,6 +14,7 @@ import numpy as np
 
 from . import _native
 from ._oidn import look_for_wheel
+from ._options import Look
 from ._progress import notebook_display
 from ._words import words
 
@@ -22,10 +23,8 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-    from ._options import Look
-
 #: The keywords that say how a .png file looks.
-_LOOK = frozenset(("exposure", "tone", "white_balance"))
+_LOOK = frozenset(Look.__annotations__)
 
 
 class Image:

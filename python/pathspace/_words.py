@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Iterable, Mapping, Sized
+from collections.abc import Iterable, Mapping
 from operator import index
 from functools import lru_cache
 from numbers import Real
@@ -63,7 +63,7 @@ def words(function: str, command: str, allowed: Iterable[str], given: Mapping[st
         if name not in allowed:
             raise TypeError(f"{function}() got an unexpected keyword argument '{name}'")
         option = "--" + name.replace("_", "-")
-        if value is None or (isinstance(value, Sized) and not isinstance(value, str) and len(value) == 0):
+        if value is None or (isinstance(value, (list, tuple, Mapping)) and not value):
             continue
         if not takes_value[name]:
             if not isinstance(value, (bool, np.bool_)):

@@ -9,6 +9,7 @@ import time
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 from conftest import SCENES, program, run
 
@@ -76,6 +77,8 @@ def test_wrong_types(cornell: ps.Scene) -> None:
         untyped.render(progress=3)
     with pytest.raises(TypeError, match="env is a string"):
         untyped.render(env=b"missing.hdr")
+    with pytest.raises(TypeError, match="spp is a string"):
+        untyped.render(spp=np.array(4))
     load: Any = ps.load
     with pytest.raises(TypeError):
         load(None)
