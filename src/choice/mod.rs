@@ -41,7 +41,7 @@ const PIXELS: [f64; 2] = [32.0 * 32.0, 64.0 * 64.0];
 const TYPICAL_PASS: u32 = 16;
 /// The part of the pixels that counts: what is noisy in a few of them only is left out, as
 /// [`ENOUGH_TILES`](crate::film::ENOUGH_TILES) leaves tiles out.
-const ENOUGH_PIXELS: f64 = 0.98;
+const ENOUGH_PIXELS: f64 = 0.998;
 /// What is much darker than this part of the image's mean is compared with it.
 const DARK: f64 = 0.1;
 /// A simpler integrator is chosen if it needs so much more than the best at most: the pilot is no more exact.
@@ -60,7 +60,8 @@ pub type Say<'a> = dyn FnMut(f64) -> ControlFlow<()> + 'a;
 pub struct Estimate {
     /// Of which it says it.
     pub candidate: Candidate,
-    /// The mean squared error of one sample per pixel, relative to the pixel.
+    /// The mean squared error of an image of 64 samples per pixel, relative to the pixel, times their number: that of one
+    /// sample, where the image is converged enough for its error to be noise.
     pub error: f64,
     /// What a sample of a pixel takes.
     pub work: Work,
@@ -177,14 +178,17 @@ fn estimates(
     let least = (0..measured.len()).map(|x| rare.missed(x)).fold(f64::INFINITY, f64::min);
     let complete = || (0..measured.len()).filter(|x| rare.missed(*x) <= least + MISSED);
     let mean = |pixel: usize| {
-        let sum: f64 = complete().map(|x| measured[x].mean(pixel) + rare.mean(x, pixel)).sum();
+        let sum: f64 = complete().map(|x| measured[x].mean(pixel) + rare.mean(x, pixel) + rare.lost(x, pixel)).sum();
         sum / complete().count() as f64
     };
     let brightness = frequent::smooth(mean, sensor);
     let dark = DARK * brightness.iter().sum::<f64>() / brightness.len() as f64;
     let estimate = |(candidate, measured): (usize, &Measured)| {
+        // The square of a mean of few finds is too large, that of their neighbourhood less so.
+        let lost = frequent::smooth(|pixel| rare.lost(candidate, pixel), sensor);
         let of_pixel = |(pixel, brightness): (usize, &f64)| {
-            let squared = measured.variance(pixel) + rare.variance(candidate, pixel, measured.mean(pixel));
+            let variance = measured.variance(pixel) + rare.variance(candidate, pixel, measured.mean(pixel));
+            let squared = variance + rare::SAMPLES * lost[pixel] * lost[pixel];
             // Nothing is as dark as what is black, in which there is no deviation either.
             squared / (brightness * brightness + dark * dark).max(f64::MIN_POSITIVE)
         };

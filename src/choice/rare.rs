@@ -11,16 +11,18 @@ use crate::{
 
 /// Contributions up to so many times the typical value are common enough to be measured.
 const COMMON: f64 = 20.0;
-/// In an image of the usual 64 samples, one of so many times the typical value is a white dot in its pixel, and a
-/// larger one is no whiter.
+/// In an image of [`SAMPLES`] samples, one of so many times the typical value is a white dot in its pixel, and a larger
+/// one is no whiter.
 const WHITE: f64 = 200.0;
+/// Of the usual image, per pixel.
+pub const SAMPLES: f64 = 64.0;
 
 /// What is rare: the largest channel of single contributions.
 #[derive(Clone, Copy, Debug)]
 pub struct Bounds {
     /// Larger ones are rare.
     pub common: f64,
-    /// Those count as no larger than this.
+    /// Those count as no larger than this: what is beyond it lacks in the image.
     pub white: f64,
 }
 
@@ -57,11 +59,13 @@ pub(super) struct OfOne {
     pub(super) missed: (f64, u32),
 }
 
-/// By how much the mean and the mean square of a sample exceed those of one with what is rare clamped.
+/// By how much the mean and the mean square of a sample exceed those of one with what is rare clamped, and by how much
+/// its mean falls short of the light since no dot is whiter than white.
 #[derive(Clone, Copy, Default)]
 pub(super) struct Excess {
     pub(super) mean: f64,
     pub(super) square: f64,
+    pub(super) lost: f64,
 }
 
 impl Rare {
@@ -69,6 +73,12 @@ impl Rare {
     pub fn missed(&self, candidate: usize) -> f64 {
         let (light, finds) = self.candidates[candidate].missed;
         if finds < FEW { 0.0 } else { light / self.light }
+    }
+
+    /// The mean light of a pixel that a candidate finds so seldom that it is whiter than white: black nearly everywhere
+    /// else, which makes an error of the image, too.
+    pub fn lost(&self, candidate: usize, pixel: usize) -> f64 {
+        self.candidates[candidate].excess[pixel].lost
     }
 
     /// By how much the mean of a pixel exceeds that of its clamped image.
@@ -79,7 +89,7 @@ impl Rare {
     /// By how much the variance of a sample in a pixel, E x² − (E x)², exceeds that of its clamped image, of this mean.
     /// Light that is large in every sample adds none.
     pub fn variance(&self, candidate: usize, pixel: usize, clamped_mean: f64) -> f64 {
-        let Excess { mean, square } = self.candidates[candidate].excess[pixel];
+        let Excess { mean, square, .. } = self.candidates[candidate].excess[pixel];
         (square - mean * (2.0 * clamped_mean + mean)).max(0.0)
     }
 
@@ -126,6 +136,7 @@ impl Rare {
             for (excess, more) in of_one.excess.iter_mut().zip(&more.excess) {
                 excess.mean += more.mean;
                 excess.square += more.square;
+                excess.lost += more.lost;
             }
         }
         self.light += other.light;
@@ -186,6 +197,7 @@ impl Excess {
             let (often, counted) = (light / size, size.min(white));
             self.mean += often * (counted - common);
             self.square += often * (counted * counted - common * common);
+            self.lost += often * (size - counted);
         }
     }
 }
