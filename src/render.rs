@@ -349,12 +349,23 @@ impl<'a> Renderer<'a> {
         let light_paths = self.integrator.techniques().light_paths();
         let paths = light_paths.of_pixel([pixel.x, pixel.y], self.settings.seed, self.passes.end);
         let first = || pixel.number(sensor) * light_paths.most();
+        // Where some light subpaths merge only, a walk that is made for that alone does not splat.
+        let merging = self.integrator.techniques().merging_light_paths();
+        let splats_first = merging.is_with_each();
         match sweep {
             Sweep::Whole => LightStage { connects, splats, keeps: None, paths },
             Sweep::Light => {
-                LightStage { connects: Connects::No, splats, keeps: (splats == Splats::Yes).then(first), paths }
+                // Turns that know nothing of those of light subpaths.
+                let seed = self.settings.seed ^ 0x2545_f491_4f6c_dd1d;
+                let merges = merging.of_pixel([pixel.x, pixel.y], seed, self.passes.end) > 0;
+                let keeps = (splats == Splats::Yes && merges).then(first);
+                let splats = if splats_first { splats } else { Splats::No };
+                LightStage { connects: Connects::No, splats, keeps, paths: if merges { paths } else { 0 } }
             }
-            Sweep::Camera(_) => LightStage { connects, splats: Splats::No, keeps: None, paths },
+            Sweep::Camera(_) => {
+                let splats = if splats_first { Splats::No } else { splats };
+                LightStage { connects, splats, keeps: None, paths }
+            }
         }
     }
 

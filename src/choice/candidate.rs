@@ -15,10 +15,11 @@ pub struct Candidate {
 
 /// What to choose among, from the simplest to the one that takes the most of a sample. Merges meet the light subpaths
 /// of all pixels, so that a scene may be well served by few.
-pub const CANDIDATES: [Candidate; 5] = [
+pub const CANDIDATES: [Candidate; 6] = [
     Candidate::new(IntegratorKind::Path, LightPaths::ONE),
     Candidate::new(IntegratorKind::Hybrid, LightPaths::ONE),
     Candidate::new(IntegratorKind::Bdpt, LightPaths::ONE),
+    Candidate::new(IntegratorKind::BdptSds, LightPaths::ONE),
     Candidate::new(IntegratorKind::Vcm, LightPaths::one_in(8)),
     Candidate::new(IntegratorKind::Vcm, LightPaths::ONE),
 ];

@@ -196,7 +196,9 @@ fn estimates(
         errors.sort_by(f64::total_cmp);
         errors.truncate((ENOUGH_PIXELS * errors.len() as f64).ceil() as usize);
         let (settings, merges) = (&candidates[candidate], measured.integrator.merges());
-        let light_paths = f64::from(if merges { settings.light_paths.per_sample() } else { 0.0 });
+        let kept =
+            settings.light_paths.per_sample() * measured.integrator.techniques().merging_light_paths().per_sample();
+        let light_paths = f64::from(if merges { kept } else { 0.0 });
         Estimate {
             candidate: Candidate::of(settings),
             error: errors.iter().sum::<f64>() / errors.len() as f64,

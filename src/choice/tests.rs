@@ -44,7 +44,7 @@ fn estimate(candidate: Candidate, error: f64, missed: f64) -> Estimate {
 
 #[test]
 fn the_best_is_chosen_that_finds_all_light() {
-    let [path, hybrid, bdpt, _, vcm] = CANDIDATES;
+    let [path, hybrid, bdpt, _, _, vcm] = CANDIDATES;
     let chosen = |errors: [f64; 4], missed: [f64; 4]| {
         let all = [path, hybrid, bdpt, vcm].into_iter().zip(errors).zip(missed);
         Choice::among(all.map(|((one, error), missed)| estimate(one, error, missed)).collect()).candidate()
@@ -64,7 +64,7 @@ fn the_best_is_chosen_that_finds_all_light() {
 
 #[test]
 fn a_choice_says_what_the_others_lack() {
-    let [path, hybrid, bdpt, few, _] = CANDIDATES;
+    let [path, hybrid, bdpt, _, few, _] = CANDIDATES;
     let errors = [(path, 1.0, 0.25), (hybrid, 6.0, 0.0), (bdpt, 2.0, 0.0), (few, 3.0, 0.0)];
     let choice = Choice::among(errors.map(|(one, error, missed)| estimate(one, error, missed)).into());
     assert_eq!(choice.candidate(), bdpt);

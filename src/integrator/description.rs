@@ -1,7 +1,7 @@
 //! What an integrator says about itself: all that lists, parses, foretells or refuses reads it.
 
 use crate::{
-    path::{Heuristic, Roulette, Strategy},
+    path::{Heuristic, LightPaths, MeetingPlaces, Roulette, Strategy},
     sampling::SamplerKind,
 };
 
@@ -74,8 +74,8 @@ pub enum Table {
 /// Whether subpaths merge where they nearly meet.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Merges {
-    /// At every vertex that is not specular. What it estimates is the image in the limit only.
-    Yes,
+    /// At such vertices, with the light subpaths of so many samples. What it estimates is the image in the limit only.
+    At(MeetingPlaces, LightPaths),
     /// Nowhere.
     No,
 }

@@ -6,7 +6,10 @@ use super::{Integrator, Kept, Samplers, area};
 use crate::{
     lanes::{One, Record},
     math::{Rgb, luminance},
-    path::{JoinedPath, LightVertex, LightVertices, SharedLightVertices, Step, Strategy, Subpath, Tail, Technique},
+    path::{
+        JoinedPath, LightVertex, LightVertices, SharedLightVertices, Step, Strategy, Subpath, Tail, Technique,
+        is_seen_by_specular,
+    },
     sampling::{Block, Chance, Sampler},
     scene::{Scene, bsdf::Transport, camera::Raster, wavelength::Wavelength},
 };
@@ -197,7 +200,7 @@ impl Integrator {
             let lost = light.take_lost_to_sides();
             // Where light vertices are kept for merges, connections are made to a second walk of the same light
             // subpath.
-            if keeps.is_some() || !self.merges() {
+            if splats == Splats::Yes || !self.merges() {
                 sink.lost_to_sides(lost);
             }
             let steps = light.steps();
@@ -362,6 +365,9 @@ impl Integrator {
     ) {
         let (table, Some(rivals), Some(x)) = (&self.weighed, &self.rivals, prefix.last()) else { return };
         let (tail, t) = (Tail::of(prefix), prefix.len() as u32);
+        if !table.meeting_places().admit_seen(is_seen_by_specular(prefix)) {
+            return;
+        }
         let is_dispersed = disperse(scene, &prefix[1..]);
         met.clear();
         kept.map.around(One, x.vertex.point.position, met);

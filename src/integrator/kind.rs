@@ -81,12 +81,15 @@ impl IntegratorKind {
             Table::Strategies(multiplicity) => Techniques::new(sensor, max_depth, multiplicity),
             Table::Area => Techniques::by_area(sensor, max_depth),
         };
-        table.merging_within(self.merges().then_some(UNSET_RADIUS))
+        match self.description().merges {
+            Merges::At(places, light_paths) => table.merging_within(Some(UNSET_RADIUS)).merging_at(places, light_paths),
+            Merges::No => table,
+        }
     }
 
     /// Whether its subpaths merge: what it estimates is the image only in the limit.
     pub fn merges(self) -> bool {
-        self.description().merges == Merges::Yes
+        self.description().merges != Merges::No
     }
 
     /// The rule that weighs its table.

@@ -20,8 +20,8 @@ use std::sync::Arc;
 use self::estimator::connectible;
 use crate::{
     path::{
-        Densities, Heuristic, JoinedPath, LightPaths, LightVertices, Rivals, Roulette, Strategy, Subpath, Technique,
-        Techniques, VarianceFactors,
+        Densities, Heuristic, JoinedPath, LightPaths, LightVertices, Rivals, Roulette, Step, Strategy, Subpath,
+        Technique, Techniques, VarianceFactors,
     },
     sampling::{Independent, Stream},
     scene::{Scene, bsdf::Directions, camera::Sensor},
@@ -33,6 +33,7 @@ kind::integrators! {
     Light: light,
     Hybrid: hybrid,
     Bdpt: bdpt,
+    BdptSds: bdpt_sds,
     Vcm: vcm,
     PathHemisphere: path_hemisphere,
     PathLight: path_light,
@@ -113,14 +114,28 @@ impl Integrator {
 
     /// What the light vertices of a pass that are kept for merges will take, about, in bytes.
     pub fn kept_memory(&self, scene: &Scene) -> u64 {
-        let of_a_path = if self.merges() { self.mean_ends(scene) } else { 0.0 };
-        let paths = f64::from(scene.camera.sensor().pixels()) * f64::from(self.evaluated.light_paths().per_sample());
+        let places = self.weighed.meeting_places();
+        let ends = |steps: &[Step]| {
+            let merges =
+                |x: &[Step]| x[1].vertex.point.bsdf.has_continuous() && places.admit_lit(x[0].vertex.is_delta());
+            steps.windows(2).filter(|x| merges(x)).count()
+        };
+        let of_a_path = if self.merges() { self.mean_of_a_path(scene, ends) } else { 0.0 };
+        let table = &self.evaluated;
+        let of_a_sample = table.light_paths().per_sample() * table.merging_light_paths().per_sample();
+        let paths = f64::from(scene.camera.sensor().pixels()) * f64::from(of_a_sample);
         (paths * f64::from(of_a_path)) as u64 * BYTES_OF_A_LIGHT_VERTEX
     }
 
-    /// How many vertices that can be connected a light subpath has in the mean, or 1 where none has any. Estimated,
-    /// always by the same numbers: any would give the same image, with another noise.
+    /// How many vertices that can be connected a light subpath has in the mean, or 1 where none has any.
     fn mean_ends(&self, scene: &Scene) -> f32 {
+        let ends = self.mean_of_a_path(scene, |steps| connectible(steps).count());
+        if ends == 0.0 { 1.0 } else { ends }
+    }
+
+    /// The mean of a number of a light subpath's vertices. Estimated, always by the same numbers: any would give the
+    /// same image, with another noise.
+    fn mean_of_a_path(&self, scene: &Scene, of_one: impl Fn(&[Step]) -> usize) -> f32 {
         const SUBPATHS: u32 = 4096;
         let LightVertices { connected, merged, .. } = self.evaluated.light_vertices();
         let vertices = connected.max(merged);
@@ -128,9 +143,9 @@ impl Integrator {
         let mut ends = 0;
         for i in 0..SUBPATHS {
             light.walk_from_light(scene, 0, vertices, self.roulette, &mut Independent::new(0, i, 0, Stream::Light));
-            ends += connectible(light.steps()).count();
+            ends += of_one(light.steps());
         }
-        if ends == 0 { 1.0 } else { ends as f32 / SUBPATHS as f32 }
+        ends as f32 / SUBPATHS as f32
     }
 
     fn with_tables(self, change: impl Fn(&Techniques) -> Techniques) -> Self {
@@ -199,7 +214,7 @@ impl Integrator {
         }
         let n = path.edges();
         let path = path.to_path();
-        let merges = |x: Strategy| path.density_of_meeting(x) > 0.0;
+        let merges = |x: Strategy| path.density_of_merging(x, &self.weighed) > 0.0;
         if self.weighed.merges().filter(|x| x.edges() as usize == n as usize).any(merges) {
             return true;
         }

@@ -3,7 +3,7 @@
 
 use super::description::{Description, Landing, LightSampling, Merges, Table, Weights};
 use crate::{
-    path::{Heuristic, Roulette},
+    path::{Heuristic, LightPaths, MeetingPlaces, Roulette},
     sampling::SamplerKind,
 };
 
@@ -14,7 +14,7 @@ pub const DESCRIPTION: Description = Description {
            caustics seen in mirrors and through glass; consistent, not unbiased.",
     coverage: "every path with a vertex that is not specular, or whose light has an extent",
     table: Table::Strategies(|x| u32::from(x.t >= 1)),
-    merges: Merges::Yes,
+    merges: Merges::At(MeetingPlaces::Everywhere, LightPaths::ONE),
     // Merges that share a light path are correlated, which squares would reward.
     heuristic: Heuristic::Balance,
     weights: Weights::VarianceAware,

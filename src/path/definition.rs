@@ -5,7 +5,9 @@ use std::sync::OnceLock;
 
 use glam::{DVec3, Vec2, Vec3};
 
-use super::{Heuristic, PathClass, Strategy, Technique, Techniques, Vertex, class::Event, merging::is_met, tilt};
+use super::{
+    Heuristic, MeetingPlaces, PathClass, Strategy, Technique, Techniques, Vertex, class::Event, merging::is_met, tilt,
+};
 use crate::{
     lanes::One,
     math::{Frame, Rgb},
@@ -211,6 +213,17 @@ impl<'a> Path<'a> {
         camera_part * light_part
     }
 
+    /// The same for the subpaths of a table: zero where its [`MeetingPlaces`](super::MeetingPlaces) let nothing merge.
+    pub fn density_of_merging(&self, strategy: Strategy, techniques: &Techniques) -> f64 {
+        let i = strategy.t as usize - 1;
+        let is_specular = |i: usize| self.vertices[i].is_delta();
+        let merges = match techniques.meeting_places() {
+            MeetingPlaces::Everywhere => true,
+            MeetingPlaces::BetweenSpecular => i >= 2 && (1..i).all(is_specular) && is_specular(i + 1),
+        };
+        if merges { self.density_of_meeting(strategy) } else { 0.0 }
+    }
+
     /// p_{s,t}(p̄): the density with which strategy (s,t) finds this path, with respect to the product area measure (dω
     /// for an infinite p_n; coefficients of deltas at a pinhole, an orthographic camera, a point light, a sun and in
     /// delta lobes). Zero if it cannot. Walks sample their directions by the BSDF; [`Path::pdf_by`] knows other rules.
@@ -281,7 +294,7 @@ impl<'a> Path<'a> {
             }
             Technique::Merged(strategy) => {
                 let area = f64::from(techniques.merging_area());
-                f64::from(techniques.merging_pairs(strategy.t)) * area * self.density_of_meeting(strategy)
+                f64::from(techniques.merging_pairs(strategy.t)) * area * self.density_of_merging(strategy, techniques)
             }
             Technique::Area => 0.0,
         };

@@ -97,7 +97,7 @@ impl<L: Lanes> LightVertex<L> {
         let lanes = p.alpha.lanes();
         let (j, [here_pdf, from_pdf], [from_is_delta, _]) = (vertices as usize - 2, tail.pdf_fwd, tail.is_delta);
         let connects = beginning.connects(j, tail.is_delta);
-        let beyond = rivals.light.up_to(j, from_pdf, connects, from_is_delta, tail.rivals);
+        let beyond = rivals.light.up_to(j, from_pdf, connects, !from_is_delta, tail.rivals);
         Self {
             position: p.position,
             to_light: back.direction,
@@ -188,10 +188,12 @@ impl<L: Lanes> LightVertex<L> {
 }
 
 impl LightVertex {
-    /// The last vertex of a prefix of one light subpath; `None` where nothing can meet it.
+    /// The last vertex of a prefix of one light subpath; `None` where nothing can meet it, or nothing is to.
     pub fn of_prefix(prefix: &[Step], beginning: Beginning, rivals: &Rivals, path: u32) -> Option<Self> {
         let here = prefix.last().filter(|here| prefix.len() >= 2 && here.vertex.point.bsdf.has_continuous())?;
-        Some(Self::of((here, &Tail::of(prefix)), prefix.len() as u32, beginning, rivals, path))
+        let tail = Tail::of(prefix);
+        let meets = rivals.light.meeting_places().admit_lit(tail.is_delta[0]);
+        meets.then(|| Self::of((here, &tail), prefix.len() as u32, beginning, rivals, path))
     }
 
     /// The same, said to have come over a dispersive interface or not.
@@ -312,7 +314,12 @@ impl<L: Lanes> Densities<L> for CameraPart<'_, L> {
     #[inline(always)]
     fn is_delta(&self, i: u32) -> L::M {
         let t = self.meeting.strategy.t;
-        if i + 1 == t { self.lanes().mask(0) } else { self.camera.is_delta[(t - 2 - i) as usize] }
+        match i {
+            _ if i + 1 == t => self.lanes().mask(0),
+            _ if i + 1 < t && i + 3 >= t => self.camera.is_delta[(t - 2 - i) as usize],
+            // Farther from the joint only [`MeetingPlaces`](super::MeetingPlaces) ask, which have let it merge.
+            _ => self.lanes().mask(u32::MAX),
+        }
     }
 
     #[inline(always)]

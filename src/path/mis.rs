@@ -1,8 +1,8 @@
 //! Multiple importance sampling: the weight of a strategy as a pure sum over two arrays of densities (Veach 9.2, 10.2).
 
-use super::{Strategy, Technique, Techniques};
+use super::{MeetingPlaces, Strategy, Technique, Techniques};
 use crate::{
-    lanes::{Float, Lanes, One, Select},
+    lanes::{Float, Lanes, Mask, One, Select},
     sampling::PdfArea,
 };
 
@@ -88,7 +88,17 @@ pub(super) fn effective_merges<L: Lanes>(path: &impl Densities<L>, t: u32, techn
     if factor == 0.0 || i == 0 || i >= path.edges() {
         return zero;
     }
-    path.is_delta(i).select(zero, lanes.splat(factor))
+    let mut merges = !path.is_delta(i);
+    if techniques.meeting_places() == MeetingPlaces::BetweenSpecular {
+        merges = merges & path.is_delta(i - 1) & path.is_delta(i + 1);
+        for before in 1..i - 1 {
+            if !merges.any() {
+                break;
+            }
+            merges = merges & path.is_delta(before);
+        }
+    }
+    merges.select(lanes.splat(factor), zero)
 }
 
 /// n of a strategy over the n, of which `per_own` is the reciprocal, of the one that found the path.

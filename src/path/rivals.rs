@@ -10,7 +10,7 @@
 //! m_j)^β + R_{j−1}), with m_j the pairs of subpaths times πr² (Georgiev et al. 2012).
 
 use super::{
-    Densities, Heuristic, Strategy, Techniques,
+    Densities, Heuristic, MeetingPlaces, Strategy, Techniques,
     mis::{count_ratio, effective_count, effective_merges},
 };
 use crate::{
@@ -36,6 +36,8 @@ pub struct RunningSum {
     counts: Box<[f32]>,
     /// Of merges at the vertex 1, and at those further on: [`Techniques::merging_factor`] over the unit.
     merges: [f32; 2],
+    /// Where there are merges.
+    places: MeetingPlaces,
     exponent: Exponent,
 }
 
@@ -147,17 +149,24 @@ impl RunningSum {
         self.merges[1] > 0.0
     }
 
-    /// [`Self::next`] of a table with merges; `is_delta` says of vertex j that nothing merges there.
+    /// Where subpaths merge, if they do.
+    #[inline]
+    pub fn meeting_places(&self) -> MeetingPlaces {
+        self.places
+    }
+
+    /// [`Self::next`] of a table with merges; `merges` says whether there is one at vertex j: see
+    /// [`MeetingPlaces::admit`].
     #[inline(always)]
     pub fn next_merging<F: Float>(
         &self,
         j: usize,
         [other, own]: [PdfArea<F>; 2],
         connects: F,
-        is_delta: <F::Lanes as Lanes>::M,
+        merges: <F::Lanes as Lanes>::M,
         before: RivalSum<<F::Lanes as Lanes>::U>,
     ) -> RivalSum<<F::Lanes as Lanes>::U> {
-        let all = self.up_to(j, own, connects, is_delta, before);
+        let all = self.up_to(j, own, connects, merges, before);
         RivalSum::nearest(times_ratio([other, own], all))
     }
 
@@ -168,13 +177,13 @@ impl RunningSum {
         j: usize,
         own: PdfArea<F>,
         connects: F,
-        is_delta: <F::Lanes as Lanes>::M,
+        merges: <F::Lanes as Lanes>::M,
         before: RivalSum<<F::Lanes as Lanes>::U>,
     ) -> <F::Lanes as Lanes>::D {
         let lanes = connects.lanes();
         let count = self.counts.get(j).copied().unwrap_or(0.0);
         let factor = if j == 0 { 0.0 } else { self.merges[(j - 1).min(1)] };
-        let merges = is_delta.select(lanes.splat(0.0), lanes.splat(factor)).to_f64() * own.0.to_f64();
+        let merges = merges.select(lanes.splat(factor), lanes.splat(0.0)).to_f64() * own.0.to_f64();
         self.exponent.sum(self.exponent.sum((connects * count).to_f64(), merges), before.root())
     }
 
@@ -255,12 +264,18 @@ impl Rivals {
             same_for_all((first..=longest.saturating_sub(s)).map(|t| table.count(Strategy { s, t })).collect())
         };
         let merges = [2, 3].map(|t| table.merging_factor(t) / unit);
+        // What is seen by specular vertices alone has no connection between it and the camera.
+        let beyond_connections = match table.meeting_places() {
+            MeetingPlaces::Everywhere => merges[1],
+            MeetingPlaces::BetweenSpecular => 0.0,
+        };
         let sum = |counts: Vec<f32>, merges: [f32; 2]| {
             let any = counts.iter().any(|count| *count > 0.0);
-            RunningSum { counts: if any { counts.into() } else { Box::default() }, merges, exponent }
+            let counts = if any { counts.into() } else { Box::default() };
+            RunningSum { counts, merges, places: table.meeting_places(), exponent }
         };
         let camera = sum((0..longest).map(by_t).collect::<Option<_>>()?, merges);
-        let light = sum((0..longest).map(by_s).collect::<Option<_>>()?, [merges[1]; 2]);
+        let light = sum((0..longest).map(by_s).collect::<Option<_>>()?, [beyond_connections; 2]);
         Some(Self { camera, light, unit })
     }
 

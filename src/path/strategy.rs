@@ -3,7 +3,10 @@
 use std::{f32::consts::PI, ops::RangeInclusive, sync::Arc};
 
 use super::{LightPaths, VarianceFactors};
-use crate::scene::{bsdf::Directions, camera::Sensor};
+use crate::{
+    lanes::Mask,
+    scene::{bsdf::Directions, camera::Sensor},
+};
 
 /// Veach's (s,t): `s` vertices sampled from the light side, `t` from the camera side, then connected.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
@@ -49,6 +52,41 @@ impl std::fmt::Display for Technique {
     }
 }
 
+/// At which vertices of a path its subpaths may merge.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum MeetingPlaces {
+    /// At all that pass no delta lobe.
+    #[default]
+    Everywhere,
+    /// At the first of them, if the camera sees it by specular vertices alone and light comes to it by another: the D
+    /// of CS⁺DS…, where no edge can be connected.
+    BetweenSpecular,
+}
+
+impl MeetingPlaces {
+    /// Whether a vertex merges that passes a delta lobe or not. `is_seen` says that there are vertices before it, from
+    /// the camera's side, and that all of them pass delta lobes; `is_lit` that the next one behind it does.
+    #[inline(always)]
+    pub fn admit<M: Mask>(self, is_seen: M, is_delta: M, is_lit: M) -> M {
+        !is_delta & self.admit_seen(is_seen) & self.admit_lit(is_lit)
+    }
+
+    /// Whether one may merge, as far as the camera's side decides.
+    #[inline(always)]
+    pub fn admit_seen<M: Mask>(self, is_seen: M) -> M {
+        match self {
+            Self::Everywhere => is_seen | !is_seen,
+            Self::BetweenSpecular => is_seen,
+        }
+    }
+
+    /// Whether one may merge, as far as the light's side decides.
+    #[inline(always)]
+    pub fn admit_lit<M: Mask>(self, is_lit: M) -> M {
+        self.admit_seen(is_lit)
+    }
+}
+
 /// The table n_{s,t}: how many samples each strategy contributes to one pass over the image.
 ///
 /// A pass has N_c camera subpaths, one per padded pixel, and N_l light subpaths that splat. An entry is a multiplicity
@@ -78,6 +116,10 @@ pub struct Techniques {
     area: u32,
     /// The radius within which a camera subpath meets the light subpaths of the pass, if it does; m.
     radius: Option<f32>,
+    /// At which vertices.
+    meeting_places: MeetingPlaces,
+    /// Which of the light subpaths, those that go with so many samples.
+    merging_light_paths: LightPaths,
     /// What weights know of the noise of direct light, if anything.
     variance_factors: Option<Arc<VarianceFactors>>,
     light_vertices: LightVertices,
@@ -108,6 +150,8 @@ impl Techniques {
             shared: None,
             area: 0,
             radius: None,
+            meeting_places: MeetingPlaces::Everywhere,
+            merging_light_paths: LightPaths::ONE,
             variance_factors: None,
             light_vertices: LightVertices::default(),
             camera_vertices: 0,
@@ -181,6 +225,29 @@ impl Techniques {
         Self { radius, ..self.clone() }.with_entries(self.multiplicity.clone())
     }
 
+    /// The same table with merges at such vertices alone, and with so many of the light subpaths, if there are any
+    /// merges.
+    ///
+    /// # Panics
+    /// If it would be more than one for each.
+    #[must_use]
+    pub fn merging_at(self, meeting_places: MeetingPlaces, merging_light_paths: LightPaths) -> Self {
+        assert!(merging_light_paths.most() == 1, "a light subpath merges once");
+        Self { meeting_places, merging_light_paths, ..self }
+    }
+
+    /// Which of the light subpaths merge: those that go with so many samples.
+    #[inline]
+    pub fn merging_light_paths(&self) -> LightPaths {
+        self.merging_light_paths
+    }
+
+    /// At which vertices subpaths merge, if they do.
+    #[inline]
+    pub fn meeting_places(&self) -> MeetingPlaces {
+        self.meeting_places
+    }
+
     /// The same table with weights that know these factors.
     #[must_use]
     pub fn with_variance_factors(self, factors: Arc<VarianceFactors>) -> Self {
@@ -211,14 +278,16 @@ impl Techniques {
         self.radius.map_or(0.0, |r| PI * r * r)
     }
 
-    /// How many pairs of subpaths of a pass may merge at p_{t−1}: N_c · splits · N_l, zero where nothing merges.
+    /// How many pairs of subpaths of a pass may merge at p_{t−1}: N_c · splits · N_l, with N_l those light subpaths that
+    /// merge; zero where nothing does.
     #[inline]
     pub fn merging_pairs(&self, t: u32) -> f32 {
         if self.radius.is_none() || t < 2 {
             return 0.0;
         }
         let splits = if t == 2 { 1 } else { self.splits };
-        (self.camera_subpaths as f32 * splits as f32) * (self.light_subpaths as f32 * self.light_paths.per_sample())
+        let light_paths = self.light_paths.per_sample() * self.merging_light_paths.per_sample();
+        (self.camera_subpaths as f32 * splits as f32) * (self.light_subpaths as f32 * light_paths)
     }
 
     /// What the density of (s,t) is to be multiplied by, beside l_{t−1}, for that of the merge at p_{t−1} times its
@@ -434,7 +503,11 @@ mod tests {
         let some = Techniques::new(SENSOR, 4, |_| 1).with_light_paths(LightPaths::one_in(4));
         assert_eq!([0, 1, 2].map(|s| some.count(Strategy { s, t: 2 })), [30.0, 30.0, 7.5]);
         assert_eq!(some.count(Strategy { s: 2, t: 1 }), 3.0);
-        assert_eq!(some.merging_within(Some(1.0)).merging_pairs(2), 90.0);
+        let merging = some.merging_within(Some(1.0));
+        assert_eq!(merging.merging_pairs(2), 90.0);
+        // And merges with one for a third of those.
+        let few = merging.merging_at(MeetingPlaces::BetweenSpecular, LightPaths::one_in(3));
+        assert_eq!([few.merging_pairs(2), few.count(Strategy { s: 2, t: 2 })], [30.0, 7.5]);
         let one = table.only(Strategy { s: 1, t: 2 });
         assert_eq!(one.strategies().collect::<Vec<_>>(), [Strategy { s: 1, t: 2 }]);
         assert_eq!(one.camera_vertices(), 2);

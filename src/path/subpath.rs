@@ -40,6 +40,12 @@ pub struct Subpath {
     lost_to_sides: u64,
 }
 
+/// Whether the camera sees the last vertex of a prefix by vertices that pass delta lobes alone, one at least.
+pub fn is_seen_by_specular(prefix: &[Step]) -> bool {
+    let [_, between @ .., _] = prefix else { return false };
+    !between.is_empty() && between.iter().all(|step| step.vertex.is_delta())
+}
+
 /// Where a walk comes from and when it ends.
 #[derive(Clone, Copy)]
 struct Way {
@@ -350,7 +356,7 @@ impl Subpath {
         if self.rivals.is_empty() {
             return;
         }
-        let [.., from, _] = self.steps() else { return };
+        let [.., from, here] = self.steps() else { return };
         let (j, densities) = (self.len - 2, [from.pdf_rev, from.pdf_fwd]);
         let (before_is_delta, before) = match self.steps() {
             [.., before, _, _] => (before.vertex.is_delta(), before.rivals),
@@ -358,7 +364,9 @@ impl Subpath {
         };
         let connects = self.beginning.connects(j, [from.vertex.is_delta(), before_is_delta]);
         self.room[j].rivals = if self.rivals.has_merges() {
-            self.rivals.next_merging(j, densities, connects, from.vertex.is_delta(), before)
+            let is_seen = is_seen_by_specular(&self.steps()[..=j]);
+            let merges = self.rivals.meeting_places().admit(is_seen, from.vertex.is_delta(), here.vertex.is_delta());
+            self.rivals.next_merging(j, densities, connects, merges, before)
         } else {
             self.rivals.next(j, densities, connects, before)
         };

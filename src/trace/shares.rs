@@ -80,14 +80,15 @@ impl Tables {
         let has = |(_, other): &&(IntegratorKind, Integrator)| other.techniques().samples(technique) > 0.0;
         let elsewhere: Vec<_> = self.elsewhere.iter().filter(|_| count == 0.0).filter(has).collect();
         let count_elsewhere = elsewhere.first().map_or(0.0, |(_, x)| f64::from(x.techniques().samples(technique)));
-        let radius = std::iter::once(&self.own).chain(elsewhere.iter().map(|(_, x)| x));
-        let is_merge = matches!(technique, Technique::Merged(_));
-        let radius = radius.filter_map(|x| x.techniques().radius()).next().filter(|_| is_merge);
+        let tables = std::iter::once(&self.own).chain(elsewhere.iter().map(|(_, x)| x)).map(|x| x.techniques());
+        let merging = tables.filter_map(|x| Some((x, x.radius()?))).next();
+        let merging = merging.filter(|_| matches!(technique, Technique::Merged(_)));
+        let radius = merging.map(|(_, radius)| radius);
         let pdf = match technique {
             Technique::Bidirectional(strategy) if count > 0.0 => path.pdf_by(table.directions(), strategy),
             Technique::Bidirectional(strategy) => path.pdf_by(Directions::Bsdf, strategy),
             Technique::Merged(strategy) => {
-                radius.map_or(0.0, |r| PI * f64::from(r).powi(2) * path.density_of_meeting(strategy))
+                merging.map_or(0.0, |(table, r)| PI * f64::from(r).powi(2) * path.density_of_merging(strategy, table))
             }
             Technique::Area => 0.0,
         };

@@ -64,7 +64,7 @@ fn are_the_same_by_every_integrator_under_a_wide_lamp() {
     let scattered = |path: &JoinedPath| (1..path.edges()).any(|i| !path.is_delta(i));
     for wide in &WIDE {
         let scene = wide.lit(sensor);
-        let kinds = [IntegratorKind::Path, IntegratorKind::Bdpt, IntegratorKind::Vcm];
+        let kinds = [IntegratorKind::Path, IntegratorKind::Bdpt, IntegratorKind::BdptSds, IntegratorKind::Vcm];
         let within = |settings: Settings| Settings { merge_radius: Some(wide.radius), ..settings };
         let settings =
             kinds.map(|kind| agreement::settings(&scene, kind, 0).into_iter().map(within).collect::<Vec<_>>());
@@ -79,7 +79,8 @@ fn are_the_same_by_every_integrator_under_a_wide_lamp() {
 fn agree_with_the_definition_path_by_path() {
     for Wide { scene, .. } in &WIDE {
         let loaded = scenes::load(scene, scenes::square(16, Filter::Box));
-        assert_identity_by(&[IntegratorKind::Bdpt, IntegratorKind::Vcm], scene, &loaded, 1);
+        let kinds = [IntegratorKind::Bdpt, IntegratorKind::BdptSds, IntegratorKind::Vcm];
+        assert_identity_by(&kinds, scene, &loaded, 1);
     }
 }
 

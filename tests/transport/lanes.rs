@@ -58,8 +58,14 @@ fn assert_waves_do_not_matter(name: &str, scene: &Scene, settings: &Settings) {
 }
 
 /// Those that compute in waves what usual settings ask for.
-const WAVES: [IntegratorKind; 5] =
-    [IntegratorKind::Path, IntegratorKind::Light, IntegratorKind::Hybrid, IntegratorKind::Bdpt, IntegratorKind::Vcm];
+const WAVES: [IntegratorKind; 6] = [
+    IntegratorKind::Path,
+    IntegratorKind::Light,
+    IntegratorKind::Hybrid,
+    IntegratorKind::Bdpt,
+    IntegratorKind::BdptSds,
+    IntegratorKind::Vcm,
+];
 
 /// Not a multiple of a tile, nor of a group of lanes.
 const SENSOR: Sensor = Sensor { width: 45, height: 37, padding: 0 };
@@ -414,6 +420,7 @@ fn whatever_the_render_is_asked_for() {
         (IntegratorKind::Light, SamplerKind::Independent),
         (IntegratorKind::Hybrid, SamplerKind::Sobol),
         (IntegratorKind::Bdpt, SamplerKind::Sobol),
+        (IntegratorKind::BdptSds, SamplerKind::Sobol),
         (IntegratorKind::Vcm, SamplerKind::Sobol),
     ] {
         let plain = Settings { integrator, sampler, filter, ..Settings::new(padded) };

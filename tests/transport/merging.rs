@@ -70,15 +70,16 @@ fn what_remains_as_the_radius_shrinks_is_the_image() {
         ("zoo with few light paths", scenes::zoo(sensor), 0.12, Kept::Rough, 0.02),
         ("cornell box", scenes::load("cornell-box", sensor), 0.03, Kept::Rough, 0.02),
         ("mirrors and glass of the zoo", scenes::zoo(sensor), 0.12, Kept::Caustics, 0.06),
+        ("mirrors of the zoo by bdpt-sds", scenes::zoo(sensor), 0.12, Kept::Caustics, 0.06),
     ];
     for (name, scene, radius, kept, visible) in cases {
+        let integrator = if name.contains("sds") { IntegratorKind::BdptSds } else { IntegratorKind::Vcm };
         // As many passes are no whole number of turns.
         let light_paths = if name.contains("few") { LightPaths::one_in(3) } else { LightPaths::ONE };
         let keep = &|path: &JoinedPath| kept.has(path);
         let base = Settings { max_depth: 5, ..Settings::new(sensor) };
         let bdpt = Estimate::new(&replicates(&scene, &base, 48, keep));
         let within = |radius: f32| {
-            let integrator = IntegratorKind::Vcm;
             replicates(
                 &scene,
                 &Settings { integrator, merge_radius: Some(radius), light_paths, ..base.clone() },
@@ -141,8 +142,8 @@ fn no_light_leaks_into_the_room_next_door() {
 fn whoever_looks_at_the_paths() {
     let sensor = Sensor { width: 40, height: 30, padding: Filter::BlackmanHarris.padding() };
     let scene = scenes::zoo(sensor);
-    for sampler in SamplerKind::ALL {
-        let integrator = IntegratorKind::Vcm;
+    let kinds = [IntegratorKind::BdptSds, IntegratorKind::Vcm];
+    for (sampler, integrator) in SamplerKind::ALL.into_iter().flat_map(|sampler| kinds.map(|kind| (sampler, kind))) {
         let filter = Filter::BlackmanHarris;
         let base = Settings {
             integrator,
@@ -160,7 +161,7 @@ fn whoever_looks_at_the_paths() {
                 }
                 (renderer.film().image(2), renderer.statistics())
             });
-            assert!(unseen.0.pixels == seen.0.pixels && unseen.1 == seen.1, "{sampler}");
+            assert!(unseen.0.pixels == seen.0.pixels && unseen.1 == seen.1, "{sampler} {integrator}");
         }
     }
 }

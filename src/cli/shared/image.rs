@@ -116,7 +116,8 @@ pub struct ImageArgs {
     pub connection_roulette: Option<RelativeRoulette>,
 
     /// Weights of MIS: of densities and numbers of samples alone (plain), or also of how even a technique's samples of
-    /// direct light are, which a pilot measures (variance-aware) [default: variance-aware with hybrid, bdpt and vcm]
+    /// direct light are, which a pilot measures (variance-aware) [default: variance-aware with hybrid, bdpt, bdpt-sds
+    /// and vcm]
     #[arg(long, value_name = "RULE", value_parser = values::weights())]
     pub weights: Option<Weights>,
 

@@ -105,8 +105,8 @@ impl Asked {
 
 pub fn integrator() -> impl TypedValueParser<Value = Asked> {
     let auto = PossibleValue::new(Asked::AUTO).help(
-        "The one of path, hybrid, bdpt and vcm that needs the least work for the same noise, which a small pilot image \
-         predicts",
+        "The one of path, hybrid, bdpt, bdpt-sds and vcm that needs the least work for the same noise, which a small \
+         pilot image predicts",
     );
     PossibleValuesParser::new([auto].into_iter().chain(described(IntegratorKind::ALL.into_iter())))
         .try_map(|name| if name == Asked::AUTO { Ok(Asked::Auto) } else { name.parse().map(Asked::One) })

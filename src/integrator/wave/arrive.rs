@@ -6,7 +6,7 @@ use super::{
     count,
     leave::Leave,
     merge::keep,
-    queue::{CONNECTS, HITTABLE, KEEPS, SPLATS, Walk, Walks, has},
+    queue::{CONNECTS, DELTA, HITTABLE, KEEPS, SPLATS, Walk, Walks, has},
     store::LightEnd,
 };
 use crate::{
@@ -239,7 +239,8 @@ impl<L: Lanes, S: WaveSink> Work for Arrive<'_, L, S> {
                 if vertices <= light_vertices.connected && kept.any() {
                     queues.light_vertices.put(vertices, &end, walk.number, kept);
                 }
-                let merges = which & has(walk.flags, KEEPS);
+                let meets = stage.rivals.light.meeting_places().admit_lit(has(walk.flags, DELTA));
+                let merges = which & meets & has(walk.flags, KEEPS);
                 if vertices <= light_vertices.merged && merges.any() {
                     keep(stage, &end, walk, merges, &mut queues.kept);
                 }

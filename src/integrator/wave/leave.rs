@@ -4,7 +4,10 @@ use super::{
     Stage, WaveSink,
     bodies::go_through,
     count,
-    queue::{CONNECTS, DELTA, DELTA_BEFORE, HITTABLE, KEEPS, SPLATS, Walk, Walks, flag, has},
+    queue::{
+        CONNECTS, DELTA, DELTA_BEFORE, HITTABLE, KEEPS, SEEN_SPECULAR, SEEN_SPECULAR_BEFORE, SPLATS, Walk, Walks, flag,
+        has,
+    },
     words,
 };
 use crate::{
@@ -54,7 +57,14 @@ impl<L: Lanes, S: WaveSink> Work for Leave<'_, L, S> {
         }
         let flags = walk.flags & lanes.splat_u(SPLATS | CONNECTS | KEEPS | HITTABLE)
             | flag(lanes, DELTA, scattered.is_delta)
-            | flag(lanes, DELTA_BEFORE, has(walk.flags, DELTA));
+            | flag(lanes, DELTA_BEFORE, has(walk.flags, DELTA))
+            | flag(
+                lanes,
+                SEEN_SPECULAR,
+                scattered.is_delta
+                    & (lanes.mask(if vertices == 2 { u32::MAX } else { 0 }) | has(walk.flags, SEEN_SPECULAR)),
+            )
+            | flag(lanes, SEEN_SPECULAR_BEFORE, has(walk.flags, SEEN_SPECULAR));
         let onwards = Walk {
             departure: scattered.departure,
             whole: scattered.whole,
@@ -62,7 +72,7 @@ impl<L: Lanes, S: WaveSink> Work for Leave<'_, L, S> {
             normal: p.normal,
             primitive: words(lanes, p),
             pdf_fwd: here.pdf_fwd,
-            rivals: rivals_before(stage, walk, scattered.reverse),
+            rivals: rivals_before(stage, walk, scattered.reverse, scattered.is_delta),
             next_event_ratio,
             flags,
             ..*walk
@@ -71,9 +81,15 @@ impl<L: Lanes, S: WaveSink> Work for Leave<'_, L, S> {
     }
 }
 
-/// The running sum up to the last vertex that `walk` has left, now that its `reverse` density is known.
+/// The running sum up to the last vertex that `walk` has left, now that its `reverse` density is known, and whether the
+/// vertex here passes a delta lobe.
 #[inline(always)]
-fn rivals_before<L: Lanes>(stage: Stage<'_, L>, walk: &Walk<L>, reverse: PdfArea<L::F>) -> RivalSum<L::U> {
+fn rivals_before<L: Lanes>(
+    stage: Stage<'_, L>,
+    walk: &Walk<L>,
+    reverse: PdfArea<L::F>,
+    here_is_delta: L::M,
+) -> RivalSum<L::U> {
     let Stage { rivals, transport, vertices, .. } = stage;
     let sum = if transport == Transport::Radiance { &rivals.camera } else { &rivals.light };
     if sum.is_empty() {
@@ -83,7 +99,9 @@ fn rivals_before<L: Lanes>(stage: Stage<'_, L>, walk: &Walk<L>, reverse: PdfArea
     let connects = walk.beginning(walk.next_event_ratio).connects(j, [is_delta, has(walk.flags, DELTA_BEFORE)]);
     let densities = [reverse, walk.pdf_fwd];
     if sum.has_merges() {
-        sum.next_merging(j, densities, connects, is_delta, walk.rivals)
+        let is_seen = has(walk.flags, SEEN_SPECULAR_BEFORE);
+        let merges = sum.meeting_places().admit(is_seen, is_delta, here_is_delta);
+        sum.next_merging(j, densities, connects, merges, walk.rivals)
     } else {
         sum.next(j, densities, connects, walk.rivals)
     }

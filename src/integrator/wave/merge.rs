@@ -2,7 +2,7 @@
 
 use super::{
     CameraEnd, Stage, WaveSink, count, deposit,
-    queue::{KEEPS, Walk, has},
+    queue::{SPLATS, Walk, has},
     store::{Held, LightEnd, VertexStore},
 };
 use crate::{
@@ -154,13 +154,13 @@ impl Integrator {
     }
 
     /// Which walks count light that is lost to shading normals: of walks that are made once to be kept and once more to
-    /// be connected, the first.
+    /// be connected, those that are splatted.
     #[inline(always)]
     pub(super) fn counts_losses<L: Lanes>(&self, stage: Stage<'_, L>, walk: &Walk<L>) -> L::M {
         let lanes = stage.lanes;
         if stage.transport == Transport::Radiance || !self.merges() {
             return lanes.first(L::N);
         }
-        has(walk.flags, KEEPS)
+        has(walk.flags, SPLATS)
     }
 }

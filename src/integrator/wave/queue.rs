@@ -126,6 +126,10 @@ pub const HITTABLE: u32 = 64;
 pub const KEEPS: u32 = 256;
 /// Its last vertex but one passes a delta lobe.
 pub const DELTA_BEFORE: u32 = 128;
+/// All its vertices behind the first one pass delta lobes, and there is one.
+pub const SEEN_SPECULAR: u32 = 512;
+/// The same but for its last vertex.
+pub const SEEN_SPECULAR_BEFORE: u32 = 1024;
 
 /// What kind of place its last vertex is.
 pub fn flag_of(place: Place) -> u32 {

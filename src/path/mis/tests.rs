@@ -6,7 +6,7 @@ use proptest::{
 };
 
 use super::{
-    super::{RivalSum, Rivals, RunningSum, VarianceFactors},
+    super::{LightPaths, RivalSum, Rivals, RunningSum, VarianceFactors},
     *,
 };
 use crate::scene::camera::Sensor;
@@ -103,7 +103,9 @@ fn weights_by_running_sums(path: &Arbitrary, table: &Techniques, heuristic: Heur
             let connects = if free { ends.get(j).copied().unwrap_or(1.0) } else { 0.0 };
             let densities = [other, own].map(|p| PdfArea(p[at(j)]));
             *before = if sum.has_merges() {
-                sum.next_merging(j, densities, connects, delta(j), *before)
+                let is_seen = j > 1 && (1..j).all(delta);
+                let merges = sum.meeting_places().admit(is_seen, delta(j), delta(j + 1));
+                sum.next_merging(j, densities, connects, merges, *before)
             } else {
                 sum.next(j, densities, connects, *before)
             };
@@ -219,17 +221,25 @@ proptest! {
 
     /// Of strategies and merges, summed whole, by running sums, and from the logarithms of n p.
     #[test]
-    fn merges_are_further_terms(path in densities(), radius in 1e-4_f32..0.1, splits in 1_u32..3) {
+    fn merges_are_further_terms(
+        path in densities(),
+        radius in 1e-4_f32..0.1,
+        splits in 1_u32..3,
+        places in prop::sample::select(vec![MeetingPlaces::Everywhere, MeetingPlaces::BetweenSpecular]),
+        merging in (1_u32..9).prop_map(LightPaths::one_in),
+    ) {
         let table = Techniques::new(SENSOR, 8, |x| u32::from(x.t >= 1)).with_splits(splits);
-        let table = table.merging_within(Some(radius)).with_variance_factors(factors().into());
+        let table = table.merging_within(Some(radius)).merging_at(places, merging).with_variance_factors(factors().into());
         let n = path.edges();
         let area = f64::from(std::f32::consts::PI * radius * radius);
         let pairs = |t: u32| f64::from(table.samples(Technique::Merged(Strategy { s: n + 1 - t, t })));
+        let is_between = |i: u32| i > 1 && (1..i).chain([i + 1]).all(|j| path.is_delta(j));
         let prefix = |t: u32| (1..t).map(|i| f64::from(path.camera[i as usize])).product::<f64>();
         let suffix = |t: u32| (t..=n).map(|i| f64::from(path.light[i as usize])).product::<f64>();
         let np = |x: Technique| match x {
             Technique::Bidirectional(x) => f64::from(effective_count(&path, x, &table)) * prefix(x.t) * suffix(x.t),
             Technique::Merged(x) if path.is_delta(x.t - 1) => 0.0,
+            Technique::Merged(x) if places == MeetingPlaces::BetweenSpecular && !is_between(x.t - 1) => 0.0,
             Technique::Merged(x) => pairs(x.t) * area * prefix(x.t) * suffix(x.t - 1),
             Technique::Area => 0.0,
         };
