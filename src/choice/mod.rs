@@ -60,8 +60,8 @@ pub type Say<'a> = dyn FnMut(f64) -> ControlFlow<()> + 'a;
 pub struct Estimate {
     /// Of which it says it.
     pub candidate: Candidate,
-    /// The mean squared error of an image of 64 samples per pixel, relative to the pixel, times their number: that of one
-    /// sample, where the image is converged enough for its error to be noise.
+    /// The mean squared error of an image of 64 samples per pixel, relative to the pixel, times their number: that of
+    /// one sample, where the image is converged enough for its error to be noise.
     pub error: f64,
     /// What a sample of a pixel takes.
     pub work: Work,

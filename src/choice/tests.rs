@@ -64,7 +64,7 @@ fn the_best_is_chosen_that_finds_all_light() {
 
 #[test]
 fn a_choice_says_what_the_others_lack() {
-    let [path, hybrid, bdpt, _, few, _] = CANDIDATES;
+    let [path, hybrid, bdpt, few, _, _] = CANDIDATES;
     let errors = [(path, 1.0, 0.25), (hybrid, 6.0, 0.0), (bdpt, 2.0, 0.0), (few, 3.0, 0.0)];
     let choice = Choice::among(errors.map(|(one, error, missed)| estimate(one, error, missed)).into());
     assert_eq!(choice.candidate(), bdpt);
@@ -102,7 +102,7 @@ fn a_choice_is_a_function_of_scene_and_settings() {
     assert_eq!(scene.camera.sensor(), SENSOR);
     // Of an eighth of the light paths, an eighth as many merge with as many that look for them, which walks that end
     // nowhere or on a mirror do not.
-    let [.., few, all] = &first.estimates[..] else { panic!("{first:?}") };
+    let [.., few, _, all] = &first.estimates[..] else { panic!("{first:?}") };
     assert!((6.5..9.5).contains(&(all.work.merges / few.work.merges)), "{first:?}");
     assert!((few.work.lookups / all.work.lookups - 1.0).abs() < 0.05, "{first:?}");
     assert!((0.5..0.9).contains(&(few.work.lookups / few.work.camera)), "{first:?}");

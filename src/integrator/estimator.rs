@@ -6,10 +6,7 @@ use super::{Integrator, Kept, Samplers, area};
 use crate::{
     lanes::{One, Record},
     math::{Rgb, luminance},
-    path::{
-        JoinedPath, LightVertex, LightVertices, SharedLightVertices, Step, Strategy, Subpath, Tail, Technique,
-        is_seen_by_specular,
-    },
+    path::{JoinedPath, LightVertex, LightVertices, SharedLightVertices, Step, Strategy, Subpath, Tail, Technique},
     sampling::{Block, Chance, Sampler},
     scene::{Scene, bsdf::Transport, camera::Raster, wavelength::Wavelength},
 };
@@ -365,7 +362,7 @@ impl Integrator {
     ) {
         let (table, Some(rivals), Some(x)) = (&self.weighed, &self.rivals, prefix.last()) else { return };
         let (tail, t) = (Tail::of(prefix), prefix.len() as u32);
-        if !table.meeting_places().admit_seen(is_seen_by_specular(prefix)) {
+        if !table.meeting_places().admit_seen(tail.is_seen_by_specular[0]) {
             return;
         }
         let is_dispersed = disperse(scene, &prefix[1..]);

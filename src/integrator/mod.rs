@@ -114,11 +114,9 @@ impl Integrator {
 
     /// What the light vertices of a pass that are kept for merges will take, about, in bytes.
     pub fn kept_memory(&self, scene: &Scene) -> u64 {
-        let places = self.weighed.meeting_places();
+        let fewest = self.weighed.meeting_places().fewest_light_vertices() as usize;
         let ends = |steps: &[Step]| {
-            let merges =
-                |x: &[Step]| x[1].vertex.point.bsdf.has_continuous() && places.admit_lit(x[0].vertex.is_delta());
-            steps.windows(2).filter(|x| merges(x)).count()
+            steps.iter().skip(fewest - 1).filter(|step| step.vertex.point.bsdf.has_continuous()).count()
         };
         let of_a_path = if self.merges() { self.mean_of_a_path(scene, ends) } else { 0.0 };
         let table = &self.evaluated;

@@ -1,6 +1,8 @@
 //! The joint of two subpaths: everything that the connection of two vertices decides, in any lanes.
 
-use super::{Edge, RivalSum, Rivals, Step, Strategy, Techniques, mis::Densities, scattering::Surfaces};
+use super::{
+    Edge, RivalSum, Rivals, Step, Strategy, Techniques, is_seen_by_specular, mis::Densities, scattering::Surfaces,
+};
 use crate::{
     lanes::{Float, Lanes, Mask, One, Vector},
     math::Rgb,
@@ -149,6 +151,8 @@ pub struct Tail<L: Lanes> {
     pub pdf_fwd: [PdfArea<L::F>; 2],
     /// Whether the last vertex but one, and the one before it, pass delta lobes.
     pub is_delta: [L::M; 2],
+    /// Of a camera subpath: see [`Densities::is_seen_by_specular`], of the last vertex and the one before it.
+    pub is_seen_by_specular: [L::M; 2],
     /// The running sum up to the last vertex but two: see [`Rivals`].
     pub rivals: RivalSum<L::U>,
 }
@@ -163,6 +167,7 @@ impl Tail<One> {
         Self {
             pdf_fwd: [pdf_fwd(0), pdf_fwd(1)],
             is_delta: [is_delta(1), is_delta(2)],
+            is_seen_by_specular: [0, 1].map(|i| is_seen_by_specular(&prefix[..prefix.len().saturating_sub(i)])),
             rivals: from_last(2).map_or(RivalSum::ZERO, |step| step.rivals),
         }
     }
@@ -173,7 +178,8 @@ impl<L: Lanes> Tail<L> {
     #[inline(always)]
     pub fn of_one(pdf: PdfArea<L::F>) -> Self {
         let lanes = pdf.0.lanes();
-        Self { pdf_fwd: [pdf; 2], is_delta: [lanes.mask(0); 2], rivals: RivalSum::none(lanes) }
+        let nowhere = [lanes.mask(0); 2];
+        Self { pdf_fwd: [pdf; 2], is_delta: nowhere, is_seen_by_specular: nowhere, rivals: RivalSum::none(lanes) }
     }
 }
 
@@ -255,6 +261,15 @@ impl<L: Lanes> Densities<L> for Around<'_, L> {
             self.camera.is_delta[(t - 2).wrapping_sub(i) as usize % 2]
         } else {
             self.light.is_delta[(i - t - 1) as usize % 2]
+        }
+    }
+
+    #[inline(always)]
+    fn is_seen_by_specular(&self, i: u32) -> L::M {
+        // From the light's side on there is the joint between them.
+        match self.strategy.t.checked_sub(1 + i) {
+            Some(back) => self.camera.is_seen_by_specular[back as usize % 2],
+            None => self.lanes().mask(0),
         }
     }
 

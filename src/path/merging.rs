@@ -190,10 +190,9 @@ impl<L: Lanes> LightVertex<L> {
 impl LightVertex {
     /// The last vertex of a prefix of one light subpath; `None` where nothing can meet it, or nothing is to.
     pub fn of_prefix(prefix: &[Step], beginning: Beginning, rivals: &Rivals, path: u32) -> Option<Self> {
-        let here = prefix.last().filter(|here| prefix.len() >= 2 && here.vertex.point.bsdf.has_continuous())?;
-        let tail = Tail::of(prefix);
-        let meets = rivals.light.meeting_places().admit_lit(tail.is_delta[0]);
-        meets.then(|| Self::of((here, &tail), prefix.len() as u32, beginning, rivals, path))
+        let (len, fewest) = (prefix.len() as u32, rivals.light.meeting_places().fewest_light_vertices());
+        let here = prefix.last().filter(|here| len >= fewest && here.vertex.point.bsdf.has_continuous())?;
+        Some(Self::of((here, &Tail::of(prefix)), len, beginning, rivals, path))
     }
 
     /// The same, said to have come over a dispersive interface or not.
@@ -314,12 +313,12 @@ impl<L: Lanes> Densities<L> for CameraPart<'_, L> {
     #[inline(always)]
     fn is_delta(&self, i: u32) -> L::M {
         let t = self.meeting.strategy.t;
-        match i {
-            _ if i + 1 == t => self.lanes().mask(0),
-            _ if i + 1 < t && i + 3 >= t => self.camera.is_delta[(t - 2 - i) as usize],
-            // Farther from the joint only [`MeetingPlaces`](super::MeetingPlaces) ask, which have let it merge.
-            _ => self.lanes().mask(u32::MAX),
-        }
+        if i + 1 == t { self.lanes().mask(0) } else { self.camera.is_delta[(t - 2 - i) as usize] }
+    }
+
+    #[inline(always)]
+    fn is_seen_by_specular(&self, i: u32) -> L::M {
+        self.camera.is_seen_by_specular[(self.meeting.strategy.t - 1 - i) as usize]
     }
 
     #[inline(always)]

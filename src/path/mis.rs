@@ -2,7 +2,7 @@
 
 use super::{MeetingPlaces, Strategy, Technique, Techniques};
 use crate::{
-    lanes::{Float, Lanes, Mask, One, Select},
+    lanes::{Float, Lanes, One, Select},
     sampling::PdfArea,
 };
 
@@ -36,6 +36,16 @@ pub trait Densities<L: Lanes = One> {
     /// Whether p_i passes a delta lobe, so that no edge can be connected to it. Its densities still are in the
     /// products.
     fn is_delta(&self, i: u32) -> L::M;
+    /// Whether there are vertices between the lens and p_i, and all of them pass delta lobes: of interest to merges
+    /// alone.
+    #[inline(always)]
+    fn is_seen_by_specular(&self, i: u32) -> L::M {
+        let mut is_seen = self.lanes().mask(if i >= 2 { u32::MAX } else { 0 });
+        for between in 1..i {
+            is_seen = is_seen & self.is_delta(between);
+        }
+        is_seen
+    }
     /// Whether a ray can meet the light at p_n: point lights and suns are neither hit nor seen directly.
     fn light_is_hittable(&self) -> L::M;
     /// Where the path arrives on the image: of interest where weights know their noise.
@@ -88,16 +98,14 @@ pub(super) fn effective_merges<L: Lanes>(path: &impl Densities<L>, t: u32, techn
     if factor == 0.0 || i == 0 || i >= path.edges() {
         return zero;
     }
-    let mut merges = !path.is_delta(i);
-    if techniques.meeting_places() == MeetingPlaces::BetweenSpecular {
-        merges = merges & path.is_delta(i - 1) & path.is_delta(i + 1);
-        for before in 1..i - 1 {
-            if !merges.any() {
-                break;
-            }
-            merges = merges & path.is_delta(before);
-        }
+    let places = techniques.meeting_places();
+    if path.edges() + 1 - i < places.fewest_light_vertices() {
+        return zero;
     }
+    let merges = match places {
+        MeetingPlaces::Everywhere => !path.is_delta(i),
+        MeetingPlaces::SeenBySpecular => !path.is_delta(i) & path.is_seen_by_specular(i),
+    };
     merges.select(lanes.splat(factor), zero)
 }
 

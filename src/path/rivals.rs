@@ -267,7 +267,7 @@ impl Rivals {
         // What is seen by specular vertices alone has no connection between it and the camera.
         let beyond_connections = match table.meeting_places() {
             MeetingPlaces::Everywhere => merges[1],
-            MeetingPlaces::BetweenSpecular => 0.0,
+            MeetingPlaces::SeenBySpecular => 0.0,
         };
         let sum = |counts: Vec<f32>, merges: [f32; 2]| {
             let any = counts.iter().any(|count| *count > 0.0);

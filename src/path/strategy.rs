@@ -2,11 +2,8 @@
 
 use std::{f32::consts::PI, ops::RangeInclusive, sync::Arc};
 
-use super::{LightPaths, VarianceFactors};
-use crate::{
-    lanes::Mask,
-    scene::{bsdf::Directions, camera::Sensor},
-};
+use super::{LightPaths, MeetingPlaces, VarianceFactors};
+use crate::scene::{bsdf::Directions, camera::Sensor};
 
 /// Veach's (s,t): `s` vertices sampled from the light side, `t` from the camera side, then connected.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
@@ -49,41 +46,6 @@ impl std::fmt::Display for Technique {
             Self::Merged(strategy) => write!(f, "merged {strategy}"),
             Self::Area => f.write_str("area"),
         }
-    }
-}
-
-/// At which vertices of a path its subpaths may merge.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum MeetingPlaces {
-    /// At all that pass no delta lobe.
-    #[default]
-    Everywhere,
-    /// At the first of them, if the camera sees it by specular vertices alone and light comes to it by another: the D
-    /// of CS⁺DS…, where no edge can be connected.
-    BetweenSpecular,
-}
-
-impl MeetingPlaces {
-    /// Whether a vertex merges that passes a delta lobe or not. `is_seen` says that there are vertices before it, from
-    /// the camera's side, and that all of them pass delta lobes; `is_lit` that the next one behind it does.
-    #[inline(always)]
-    pub fn admit<M: Mask>(self, is_seen: M, is_delta: M, is_lit: M) -> M {
-        !is_delta & self.admit_seen(is_seen) & self.admit_lit(is_lit)
-    }
-
-    /// Whether one may merge, as far as the camera's side decides.
-    #[inline(always)]
-    pub fn admit_seen<M: Mask>(self, is_seen: M) -> M {
-        match self {
-            Self::Everywhere => is_seen | !is_seen,
-            Self::BetweenSpecular => is_seen,
-        }
-    }
-
-    /// Whether one may merge, as far as the light's side decides.
-    #[inline(always)]
-    pub fn admit_lit<M: Mask>(self, is_lit: M) -> M {
-        self.admit_seen(is_lit)
     }
 }
 
@@ -278,7 +240,7 @@ impl Techniques {
         self.radius.map_or(0.0, |r| PI * r * r)
     }
 
-    /// How many pairs of subpaths of a pass may merge at p_{t−1}: N_c · splits · N_l, with N_l those light subpaths that
+    /// How many pairs of subpaths of a pass may merge at p_{t−1}: N_c · splits · N_l, with N_l the light subpaths that
     /// merge; zero where nothing does.
     #[inline]
     pub fn merging_pairs(&self, t: u32) -> f32 {
@@ -506,7 +468,7 @@ mod tests {
         let merging = some.merging_within(Some(1.0));
         assert_eq!(merging.merging_pairs(2), 90.0);
         // And merges with one for a third of those.
-        let few = merging.merging_at(MeetingPlaces::BetweenSpecular, LightPaths::one_in(3));
+        let few = merging.merging_at(MeetingPlaces::SeenBySpecular, LightPaths::one_in(3));
         assert_eq!([few.merging_pairs(2), few.count(Strategy { s: 2, t: 2 })], [30.0, 7.5]);
         let one = table.only(Strategy { s: 1, t: 2 });
         assert_eq!(one.strategies().collect::<Vec<_>>(), [Strategy { s: 1, t: 2 }]);

@@ -356,7 +356,7 @@ impl Subpath {
         if self.rivals.is_empty() {
             return;
         }
-        let [.., from, here] = self.steps() else { return };
+        let [.., from, _] = self.steps() else { return };
         let (j, densities) = (self.len - 2, [from.pdf_rev, from.pdf_fwd]);
         let (before_is_delta, before) = match self.steps() {
             [.., before, _, _] => (before.vertex.is_delta(), before.rivals),
@@ -365,7 +365,7 @@ impl Subpath {
         let connects = self.beginning.connects(j, [from.vertex.is_delta(), before_is_delta]);
         self.room[j].rivals = if self.rivals.has_merges() {
             let is_seen = is_seen_by_specular(&self.steps()[..=j]);
-            let merges = self.rivals.meeting_places().admit(is_seen, from.vertex.is_delta(), here.vertex.is_delta());
+            let merges = self.rivals.meeting_places().admit(is_seen, from.vertex.is_delta());
             self.rivals.next_merging(j, densities, connects, merges, before)
         } else {
             self.rivals.next(j, densities, connects, before)

@@ -6,7 +6,7 @@ use super::{
     count,
     leave::Leave,
     merge::keep,
-    queue::{CONNECTS, DELTA, HITTABLE, KEEPS, SPLATS, Walk, Walks, has},
+    queue::{CONNECTS, HITTABLE, KEEPS, SPLATS, Walk, Walks, has},
     store::LightEnd,
 };
 use crate::{
@@ -239,9 +239,9 @@ impl<L: Lanes, S: WaveSink> Work for Arrive<'_, L, S> {
                 if vertices <= light_vertices.connected && kept.any() {
                     queues.light_vertices.put(vertices, &end, walk.number, kept);
                 }
-                let meets = stage.rivals.light.meeting_places().admit_lit(has(walk.flags, DELTA));
-                let merges = which & meets & has(walk.flags, KEEPS);
-                if vertices <= light_vertices.merged && merges.any() {
+                let merges = which & has(walk.flags, KEEPS);
+                let fewest = stage.rivals.light.meeting_places().fewest_light_vertices();
+                if (fewest..=light_vertices.merged).contains(&vertices) && merges.any() {
                     keep(stage, &end, walk, merges, &mut queues.kept);
                 }
             }

@@ -4,7 +4,7 @@
 use super::{
     CameraEnd, Queues, Stage, Starts, WaveSink, deposit,
     merge::Merge,
-    queue::{CONNECTS, SEEN_SPECULAR, Walk, Walks, has},
+    queue::{CONNECTS, Walk, Walks, has},
     store::{Held, LightEnd},
 };
 use crate::{
@@ -127,7 +127,7 @@ impl Integrator {
             let z = CameraEnd { step: here, tail: walk.tail(here), raster: walk.raster };
             self.connect_to_lights(stage, walk, &z, which, queues, sink);
             self.connect_to_vertices(stage, walk, &z, which, queues, sink);
-            let is_seen = has(walk.flags, SEEN_SPECULAR);
+            let [is_seen, _] = z.tail.is_seen_by_specular;
             let which = which & stage.rivals.camera.meeting_places().admit_seen(is_seen);
             if let Some(map) = stage.map.filter(|_| which.any()) {
                 let meetings = &mut queues.meetings;

@@ -72,7 +72,7 @@ impl<L: Lanes, S: WaveSink> Work for Leave<'_, L, S> {
             normal: p.normal,
             primitive: words(lanes, p),
             pdf_fwd: here.pdf_fwd,
-            rivals: rivals_before(stage, walk, scattered.reverse, scattered.is_delta),
+            rivals: rivals_before(stage, walk, scattered.reverse),
             next_event_ratio,
             flags,
             ..*walk
@@ -81,15 +81,9 @@ impl<L: Lanes, S: WaveSink> Work for Leave<'_, L, S> {
     }
 }
 
-/// The running sum up to the last vertex that `walk` has left, now that its `reverse` density is known, and whether the
-/// vertex here passes a delta lobe.
+/// The running sum up to the last vertex that `walk` has left, now that its `reverse` density is known.
 #[inline(always)]
-fn rivals_before<L: Lanes>(
-    stage: Stage<'_, L>,
-    walk: &Walk<L>,
-    reverse: PdfArea<L::F>,
-    here_is_delta: L::M,
-) -> RivalSum<L::U> {
+fn rivals_before<L: Lanes>(stage: Stage<'_, L>, walk: &Walk<L>, reverse: PdfArea<L::F>) -> RivalSum<L::U> {
     let Stage { rivals, transport, vertices, .. } = stage;
     let sum = if transport == Transport::Radiance { &rivals.camera } else { &rivals.light };
     if sum.is_empty() {
@@ -100,7 +94,7 @@ fn rivals_before<L: Lanes>(
     let densities = [reverse, walk.pdf_fwd];
     if sum.has_merges() {
         let is_seen = has(walk.flags, SEEN_SPECULAR_BEFORE);
-        let merges = sum.meeting_places().admit(is_seen, is_delta, here_is_delta);
+        let merges = sum.meeting_places().admit(is_seen, is_delta);
         sum.next_merging(j, densities, connects, merges, walk.rivals)
     } else {
         sum.next(j, densities, connects, walk.rivals)

@@ -161,6 +161,7 @@ impl<L: Lanes> Walk<L> {
         Tail {
             pdf_fwd: [here.pdf_fwd, self.pdf_fwd],
             is_delta: [has(self.flags, DELTA), has(self.flags, DELTA_BEFORE)],
+            is_seen_by_specular: [has(self.flags, SEEN_SPECULAR), has(self.flags, SEEN_SPECULAR_BEFORE)],
             rivals: self.rivals,
         }
     }

@@ -2,7 +2,7 @@
 //! the light's.
 
 use super::{
-    queue::{DELTA, DELTA_BEFORE, HITTABLE, flag, has},
+    queue::{DELTA, DELTA_BEFORE, HITTABLE, SEEN_SPECULAR, SEEN_SPECULAR_BEFORE, flag, has},
     words,
 };
 use crate::{
@@ -224,7 +224,12 @@ fn rows<L: Lanes>(end: &LightEnd<L>, color: Rgb<L::V>) -> [[L::F; 16]; 2] {
     let [u, v, w] = step.beta.channels().coordinates();
     let [x, y] = words(lanes, p);
     let [delta, before] = tail.is_delta;
-    let flags = flag(lanes, DELTA, delta) | flag(lanes, DELTA_BEFORE, before) | flag(lanes, HITTABLE, *is_hittable);
+    let [seen, seen_before] = tail.is_seen_by_specular;
+    let flags = flag(lanes, DELTA, delta)
+        | flag(lanes, DELTA_BEFORE, before)
+        | flag(lanes, SEEN_SPECULAR, seen)
+        | flag(lanes, SEEN_SPECULAR_BEFORE, seen_before)
+        | flag(lanes, HITTABLE, *is_hittable);
     let ([pdf, before], rivals) = (tail.pdf_fwd, tail.rivals.word());
     let (word, nothing) = (L::F::of_bits, lanes.splat(0.0));
     let (ratio, alpha, alpha_before) = (*next_event_ratio, p.alpha, back.alpha_b);
@@ -264,6 +269,7 @@ fn of_rows<L: Lanes>([p, q]: [[L::F; 16]; 2], bsdf: Bsdfs<L>) -> LightEnd<L> {
         tail: Tail {
             pdf_fwd,
             is_delta: [has(flags, DELTA), has(flags, DELTA_BEFORE)],
+            is_seen_by_specular: [has(flags, SEEN_SPECULAR), has(flags, SEEN_SPECULAR_BEFORE)],
             rivals: RivalSum::of_word(q[9].to_bits()),
         },
         is_hittable: has(flags, HITTABLE),

@@ -104,7 +104,7 @@ fn weights_by_running_sums(path: &Arbitrary, table: &Techniques, heuristic: Heur
             let densities = [other, own].map(|p| PdfArea(p[at(j)]));
             *before = if sum.has_merges() {
                 let is_seen = j > 1 && (1..j).all(delta);
-                let merges = sum.meeting_places().admit(is_seen, delta(j), delta(j + 1));
+                let merges = sum.meeting_places().admit(is_seen, delta(j));
                 sum.next_merging(j, densities, connects, merges, *before)
             } else {
                 sum.next(j, densities, connects, *before)
@@ -225,21 +225,22 @@ proptest! {
         path in densities(),
         radius in 1e-4_f32..0.1,
         splits in 1_u32..3,
-        places in prop::sample::select(vec![MeetingPlaces::Everywhere, MeetingPlaces::BetweenSpecular]),
+        places in prop::sample::select(vec![MeetingPlaces::Everywhere, MeetingPlaces::SeenBySpecular]),
         merging in (1_u32..9).prop_map(LightPaths::one_in),
     ) {
         let table = Techniques::new(SENSOR, 8, |x| u32::from(x.t >= 1)).with_splits(splits);
-        let table = table.merging_within(Some(radius)).merging_at(places, merging).with_variance_factors(factors().into());
+        let table = table.merging_within(Some(radius)).merging_at(places, merging);
+        let table = table.with_variance_factors(factors().into());
         let n = path.edges();
         let area = f64::from(std::f32::consts::PI * radius * radius);
         let pairs = |t: u32| f64::from(table.samples(Technique::Merged(Strategy { s: n + 1 - t, t })));
-        let is_between = |i: u32| i > 1 && (1..i).chain([i + 1]).all(|j| path.is_delta(j));
+        let is_seen = |i: u32| i > 1 && i + 1 < n && (1..i).all(|j| path.is_delta(j));
         let prefix = |t: u32| (1..t).map(|i| f64::from(path.camera[i as usize])).product::<f64>();
         let suffix = |t: u32| (t..=n).map(|i| f64::from(path.light[i as usize])).product::<f64>();
         let np = |x: Technique| match x {
             Technique::Bidirectional(x) => f64::from(effective_count(&path, x, &table)) * prefix(x.t) * suffix(x.t),
             Technique::Merged(x) if path.is_delta(x.t - 1) => 0.0,
-            Technique::Merged(x) if places == MeetingPlaces::BetweenSpecular && !is_between(x.t - 1) => 0.0,
+            Technique::Merged(x) if places == MeetingPlaces::SeenBySpecular && !is_seen(x.t - 1) => 0.0,
             Technique::Merged(x) => pairs(x.t) * area * prefix(x.t) * suffix(x.t - 1),
             Technique::Area => 0.0,
         };
