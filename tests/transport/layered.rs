@@ -113,8 +113,10 @@ fn a_coated_lamp_is_darker_towards_the_horizon() {
     for degrees in [0.0_f64, 50.0, 75.0] {
         let mut g = Geometry::default();
         let v = Vec3::new;
-        scenes::quad(&mut g, [v(-9.0, -9.0, 0.0), v(9.0, -9.0, 0.0), v(9.0, 9.0, 0.0), v(-9.0, 9.0, 0.0)], 0);
         let (sin, cos) = degrees.to_radians().sin_cos();
+        // A little more than is seen of it.
+        let (x, y) = (0.55 / cos as f32, 0.55);
+        scenes::quad(&mut g, [v(-x, -y, 0.0), v(x, -y, 0.0), v(x, y, 0.0), v(-x, y, 0.0)], 0);
         let from = v(2.0 * sin as f32, 0.0, 2.0 * cos as f32);
         let camera = Camera::orthographic(from, Vec3::ZERO, Vec3::Y, 1.0, scenes::square(8, Filter::Box));
         let scene = Scene::new(g, vec![coated_lamp()], &[], camera);
