@@ -83,7 +83,7 @@ pub const EXTENSIONS: &[Extension] = &[
     of(
         "KHR_materials_clearcoat",
         "factors, textures, normals",
-        "the coat does not darken emission; materials that transmit",
+        "materials that transmit",
         &["tests/layers::a_coat_without_a_normal_texture_has_the_meshs_normal", BENT],
     ),
     of(
@@ -162,6 +162,12 @@ pub const EXTENSIONS: &[Extension] = &[
         "offset, rotation, scale and set",
         "",
         &["tests/textures::samplers_transforms_and_sets_are_honoured"],
+    ),
+    of(
+        "PATHSPACE_materials_metal",
+        "a measured metal by its symbol, of this project",
+        "materials that transmit",
+        &["tests/layers::a_metal_is_found_by_its_symbol"],
     ),
     of("PATHSPACE_sphere", "analytic spheres, of this project", "", &[PLACES]),
     of(

@@ -1,5 +1,5 @@
 //! The extensions that add lobes to a material (clear coat, sheen, anisotropy, iridescence, diffuse transmission), the
-//! dispersion of its volume, and the model of speculars and glossiness, which is converted.
+//! measured metals, the dispersion of its volume, and the model of speculars and glossiness, which is converted.
 
 use std::sync::Arc;
 
@@ -18,6 +18,7 @@ use super::{
 use crate::{
     math::Rgb,
     scene::{
+        bsdf::Metal,
         layers::{LayerMaps, Layers},
         material::{Boundary, Maps, NormalMap, Parameters},
         texture::{Encoding, Image, Texels, Texture},
@@ -32,6 +33,9 @@ const LAYERS: [&str; 5] = [
     "KHR_materials_iridescence",
     "KHR_materials_diffuse_transmission",
 ];
+
+/// A measured metal by its symbol, of this project.
+const METAL: &str = "PATHSPACE_materials_metal";
 
 /// How much a volume's index of refraction depends on the wavelength.
 const DISPERSION: &str = "KHR_materials_dispersion";
@@ -66,6 +70,7 @@ impl Reader<'_, '_> {
         self.anisotropy(m, &mut layers, &mut textures)?;
         self.iridescence(m, &mut layers, &mut textures)?;
         self.diffuse_transmission(m, &mut layers, &mut textures)?;
+        layers.metal = self.metal(m)?;
         if !layers.are_there() {
             return Ok(());
         }
@@ -81,13 +86,24 @@ impl Reader<'_, '_> {
                 "material {name} transmits diffusely: light passes it as it does a thin sheet, and not its volume"
             ));
         }
-        if layers.coat > 0.0 && m.emissive_factor.0 != [0.0; 3] {
-            let name = quoted(&self.name);
-            self.warnings.push(format!("material {name} emits under its coat, which does not darken that light"));
-        }
         maps.factors.layers = layers;
         maps.layers = Some(Box::new(textures));
         Ok(())
+    }
+
+    /// Whether the material names a measured metal.
+    pub(super) fn is_measured(m: &Source) -> bool {
+        Extension::of(m, METAL).is_some()
+    }
+
+    fn metal(&self, m: &Source) -> Result<Option<Metal>, Fault> {
+        let Some(e) = Extension::of(m, METAL) else { return Ok(None) };
+        let at = || format!("{}/{}", self.at, e.at("name"));
+        let symbol = e.members.get("name").and_then(Value::as_str);
+        let symbol = symbol.ok_or_else(|| Fault::invalid(at(), "there is no name of a metal"))?;
+        let known = || Metal::all().map(Metal::symbol).collect::<Vec<_>>().join(", ");
+        let unknown = || Fault::invalid(at(), format!("{} is none of the measured metals {}", quoted(symbol), known()));
+        Metal::named(symbol).ok_or_else(unknown).map(Some)
     }
 
     /// 20/V_d of the volume that a material bounds, not negative; 0 without one, and a warning if the file has another.

@@ -239,6 +239,11 @@ impl Reader<'_, '_> {
         if p.transmission * extremes(maps.transmission.as_ref(), RED)[1] == 0.0 || p.ior == 0.0 {
             return Ok(Boundary::Opaque);
         }
+        if Self::is_measured(m) {
+            let name = quoted(&self.name);
+            self.warnings.push(format!("material {name} is a metal: KHR_materials_transmission is not applied to it"));
+            return Ok(Boundary::Opaque);
+        }
         let [least, most] = extremes(maps.metallic_roughness.as_ref(), BLUE).map(|texel| p.metallic * texel);
         let name = quoted(&self.name);
         if least < 0.5 && most >= 0.5 {

@@ -24,7 +24,13 @@
 //! which gives a perspective camera a thin lens of this *diameter*, sharp in the plane at this distance along the
 //! viewing axis. Both are metres of the world whatever the node's scale, as that does not apply to cameras. Another
 //! reader sees through a pinhole, everything sharp. With `"blades": 6, "rotation": 0.2` it is a polygon
-//! ([`Blades`](crate::scene::camera::Blades)).
+//! ([`Blades`](crate::scene::camera::Blades)). And the material extension
+//!
+//! ```json
+//! "extensions": { "PATHSPACE_materials_metal": { "name": "Au" } }
+//! ```
+//!
+//! which makes a material of a [measured metal](crate::scene::bsdf::Metal). Another reader shows the base colour.
 //!
 //! # Cameras
 //! Perspective and orthographic, placed by their nodes, the nodes' scale ignored (as glTF says). Nothing is clipped at

@@ -9,7 +9,7 @@ use crate::{
     math::{Frame, Rgb},
     sampling::PdfSolidAngle,
     scene::{
-        bsdf::{Across, Bsdf, BsdfSample, Bsdfs, Directions, Lobe, Scatter, Transport},
+        bsdf::{Across, Bsdf, BsdfSample, Bsdfs, Directions, Lobe, OverEmission, Scatter, Transport},
         point::Point,
         tilt::Tilt,
     },
@@ -67,7 +67,7 @@ impl<L: Lanes> Sampled<L> {
 }
 
 /// The BSDFs at the points in all lanes.
-pub trait Surfaces<L: Lanes>: Copy + Debug {
+pub trait Surfaces<L: Lanes>: OverEmission<L> + Copy + Debug {
     /// The same, to be asked about in the lanes `which` alone, of which there is one.
     #[must_use]
     fn only(self, which: L::M) -> Self;

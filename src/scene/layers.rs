@@ -3,6 +3,7 @@
 use glam::{Vec2, Vec3};
 
 use super::{
+    bsdf::Metal,
     geometry::{Interpolation, TangentFrame},
     material::NormalMap,
     texture::Texture,
@@ -39,6 +40,8 @@ pub struct Layers {
     pub diffuse_transmission: f32,
     /// diffuseTransmissionColor, in [0, 1].
     pub diffuse_transmission_color: Rgb,
+    /// The measured metal that the base is all of, whatever its colour and its metallic are.
+    pub metal: Option<Metal>,
 }
 
 impl Layers {
@@ -57,12 +60,13 @@ impl Layers {
         film_thickness: 400.0,
         diffuse_transmission: 0.0,
         diffuse_transmission_color: Rgb::ONE,
+        metal: None,
     };
 
     /// Whether there are any, which is known of the factors: what is zero there stays so.
     pub fn are_there(&self) -> bool {
         let amounts = [self.coat, self.anisotropy, self.iridescence, self.diffuse_transmission];
-        self.sheen != Rgb::ZERO || amounts.into_iter().any(|amount| amount > 0.0)
+        self.metal.is_some() || self.sheen != Rgb::ZERO || amounts.into_iter().any(|amount| amount > 0.0)
     }
 }
 

@@ -4,7 +4,7 @@ use glam::{Vec2, Vec3, Vec4};
 
 pub use super::geometry::MaterialId;
 use super::{
-    bsdf::{Bsdf, Dielectric, Diffuse, Layered, MetallicRoughness, Surface, ThinDielectric},
+    bsdf::{Bsdf, Dielectric, Diffuse, Layered, Metal, MetallicRoughness, Surface, ThinDielectric},
     geometry::{Interpolation, Precedence, Role, TangentFrame, lifted},
     layers::{LayerMaps, Layers},
     texture::Texture,
@@ -21,7 +21,7 @@ pub struct Material {
     /// How much of the surface is there.
     pub alpha_mode: AlphaMode,
     /// Emitted radiance, constant over the front hemisphere; black if the surface is no light. A texture can only
-    /// darken it.
+    /// darken it, and so does a coat, by its Fresnel reflectance.
     pub emission: Rgb,
     /// Which sides emit.
     pub emission_sides: EmissionSides,
@@ -142,6 +142,7 @@ impl Parameters {
             tangent: layers.grain.to_angle(),
             transmission: layers.diffuse_transmission,
             transmission_color: layers.diffuse_transmission_color,
+            measured: layers.metal,
         }))
     }
 }
@@ -416,6 +417,14 @@ impl Material {
             (Some(maps), _) => (maps.factors.boundary == Boundary::Volume).then_some(maps.factors.ior),
             (None, Bsdf::Dielectric(boundary)) => Some(boundary.ior),
             (None, _) => None,
+        }
+    }
+
+    /// The measured metal that it is of, if any.
+    pub fn measured_metal(&self) -> Option<Metal> {
+        match &self.bsdf {
+            Bsdf::Layered(layered) => layered.surface().measured,
+            _ => None,
         }
     }
 

@@ -26,7 +26,7 @@ use glam::{DVec3, Vec2, Vec3};
 use self::{
     alpha::Product,
     areas::SurfaceAreas,
-    bsdf::Bsdf,
+    bsdf::{Bsdf, OverEmission},
     camera::{Camera, Raster},
     coincident::Meetings,
     geometry::{Geometry, Hit, PrimitiveId, Ray},
@@ -358,7 +358,7 @@ impl Scene {
 
     /// L_e at `point` in the unit direction `w` away from it; see [`Lights::le`].
     #[inline(always)]
-    pub fn le<L: Lanes, B>(&self, point: &Point<L, B>, w: L::V) -> Rgb<L::V> {
+    pub fn le<L: Lanes, B: OverEmission<L>>(&self, point: &Point<L, B>, w: L::V) -> Rgb<L::V> {
         self.lights.le(point, w)
     }
 

@@ -157,7 +157,7 @@ impl Spectrum {
 
 /// The CIE 1931 colour matching functions x̄, ȳ, z̄ of the 2° observer at λ in nm, by the fit of Wyman, Sloan & Shirley
 /// 2013, *Simple Analytic Approximations to the CIE XYZ Color Matching Functions*, JCGT 2(2), eq. 4.
-fn colour_matching(nanometres: f64) -> DVec3 {
+pub(super) fn colour_matching(nanometres: f64) -> DVec3 {
     // A height, a place, and a width to either side.
     let lobe = |height: f64, place: f64, left: f64, right: f64| {
         let x = (nanometres - place) / if nanometres < place { left } else { right };
@@ -171,7 +171,7 @@ fn colour_matching(nanometres: f64) -> DVec3 {
 }
 
 /// CIE XYZ in linear Rec. 709 (ITU-R BT.709-6, by its primaries and D65).
-fn rec709(xyz: DVec3) -> DVec3 {
+pub(super) fn rec709(xyz: DVec3) -> DVec3 {
     const ROWS: [DVec3; 3] = [
         DVec3::new(3.240_969_9, -1.537_383_2, -0.498_610_8),
         DVec3::new(-0.969_243_6, 1.875_967_5, 0.041_555_1),

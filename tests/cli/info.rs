@@ -97,3 +97,17 @@ fn variants_are_listed_and_chosen() {
     assert_eq!(code(&run.pathspace(&[&small[..], &["--variant", "0"]].concat())), 0);
     assert!(String::from_utf8_lossy(&fs::read(run.path("a.exr")).unwrap()).contains("pathspace.variant"));
 }
+
+#[test]
+fn info_names_measured_metals() {
+    let run = Run::new();
+    let metal = r#"{ "extensions": { "PATHSPACE_materials_metal": { "name": "Au" } } }"#;
+    let document = triangle("0").replacen("\"meshes\"", &format!("\"materials\": [{metal}], \"meshes\""), 1);
+    let document = document.replacen("{ \"POSITION\": 0 }", "{ \"POSITION\": 0 }, \"material\": 0", 1);
+    fs::write(run.path("gold.gltf"), document).unwrap();
+    let text = stdout(&run.pathspace(&["info", "gold.gltf"]));
+    assert!(text.contains("measured: Au"), "{text}");
+    let json: serde_json::Value =
+        serde_json::from_str(&stdout(&run.pathspace(&["info", "gold.gltf", "--json"]))).unwrap();
+    assert_eq!(json["materials"][0]["metal"], "Au");
+}

@@ -20,7 +20,7 @@ use pathspace::{
     },
 };
 
-use crate::{lights, scenes};
+use crate::{layered, lights, scenes};
 
 /// Every sum of a film of three passes, with what was counted and whether by waves; `None` if the processor has no such
 /// lanes.
@@ -322,6 +322,14 @@ fn rough_surfaces() {
 }
 
 /// Where glass goes in lanes, bodies keep apart; what a walk is in matters to those that do not go in lanes.
+#[test]
+fn layers_and_a_lamp_under_a_coat() {
+    let scene = layered::room(SENSOR);
+    for integrator in [IntegratorKind::Path, IntegratorKind::Bdpt] {
+        assert_waves_do_not_matter("layers", &scene, &settings(integrator));
+    }
+}
+
 #[test]
 fn a_camera_in_one_of_two_bodies() {
     let mut rough = Material::glass("rough", 1.7);

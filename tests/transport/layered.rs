@@ -2,13 +2,14 @@
 
 use std::sync::Arc;
 
-use glam::{Vec2, Vec3};
+use glam::{DQuat, DVec3, Vec2, Vec3};
 use pathspace::{
     integrator::IntegratorKind::{Bdpt, Hybrid, Light as LightTracing, Path},
     math::Rgb,
     sampling::Filter,
     scene::{
         Scene,
+        bsdf::Metal,
         camera::{Camera, Sensor},
         geometry::Geometry,
         layers::{LayerMaps, Layers},
@@ -20,6 +21,7 @@ use pathspace::{
 
 use crate::{
     agreement::where_all_cover_within,
+    closed_forms::{UNBIASED, assert_image, constant, receiver::Receiver},
     identity::assert_identity_by,
     scenes,
     textures::{coarse_sphere, quad, waves},
@@ -35,9 +37,14 @@ fn material(name: &str, layers: Layers, base: Parameters, textures: LayerMaps) -
     Material::varying(name, maps)
 }
 
+/// A smooth coat.
+fn varnish(coat: f32) -> Layers {
+    Layers { coat, coat_roughness: 0.2, ..Layers::NONE }
+}
+
 /// A room of layers open to the sky: its walls, floor and balls have each lobe, some with textures and normals of their
-/// own, and leaves stand in it.
-fn room(sensor: Sensor) -> Scene {
+/// own, leaves stand in it, and its lamp shines through a coat.
+pub fn room(sensor: Sensor) -> Scene {
     let image = |texels: Vec<u8>| Arc::new(Image::new(2, 2, Texels::U8(texels)));
     let grain = image(vec![255, 128, 255, 128, 255, 200, 30, 60, 255, 200, 200, 120]);
     let cloudy = image(vec![255, 80, 128, 200, 255, 255, 90, 40, 120, 60, 200, 255]);
@@ -58,7 +65,9 @@ fn room(sensor: Sensor) -> Scene {
         material("soap", soap, METAL, LayerMaps { film_thickness: linear(&cloudy), ..none() }),
         material("leaf", leaf, PLASTIC, none()),
         material("everything", Layers { coat_roughness: 0.4, sheen_roughness: 0.6, ..all }, METAL, none()),
-        Material::diffuse("lamp", Rgb::splat(0.3)).emitting(Rgb::new(2.0, 1.5, 1.0)),
+        material("lamp", varnish(1.0), Parameters { base_color: Rgb::splat(0.3), ..PLASTIC }, none())
+            .emitting(Rgb::new(2.0, 1.5, 1.0)),
+        material("copper", Layers { metal: Metal::named("Cu"), ..Layers::NONE }, METAL, none()),
     ];
     let mut g = Geometry::default();
     let v = Vec3::new;
@@ -69,6 +78,7 @@ fn room(sensor: Sensor) -> Scene {
     quad(&mut g, [v(-0.2, -0.8, 0.2), v(0.3, -0.8, 0.1), v(0.3, -0.2, 0.1), v(-0.2, -0.2, 0.2)], 1.0, 4);
     scenes::quad(&mut g, [v(-0.6, 0.7, -0.6), v(0.6, 0.7, -0.6), v(0.6, 0.7, 0.6), v(-0.6, 0.7, 0.6)], 6);
     g.add_sphere(v(-0.45, -0.5, -0.4), 0.3, MaterialId(5));
+    g.add_sphere(v(-0.1, -0.85, -0.1), 0.12, MaterialId(7));
     coarse_sphere(&mut g, v(0.45, -0.5, -0.4), 0.35, 2);
     let sky = Light::Environment { radiance: Rgb::new(0.4, 0.5, 0.6) };
     let camera = Camera::look_at(v(0.1, 0.3, 1.6), v(0.0, -0.4, -1.0), Vec3::Y, 0.9, sensor);
@@ -85,4 +95,60 @@ fn every_path_is_as_defined() {
 fn every_strategy_sees_the_same() {
     let scene = room(scenes::square(16, Filter::Box));
     where_all_cover_within(0.05, "layers", &scene, &[Path, LightTracing, Hybrid, Bdpt], 2..=4);
+}
+
+/// By how much the page of KHR_materials_clearcoat darkens what is emitted at this angle: `1 - clearcoat_fresnel`.
+fn through_coat(cos: f64) -> f64 {
+    1.0 - (0.04 + (1.0 - 0.04) * (1.0 - cos).powi(5))
+}
+
+/// A lamp of radiance 2 under a coat, black else.
+fn coated_lamp() -> Material {
+    let black = Parameters { base_color: Rgb::ZERO, ..Parameters::LAMBERT };
+    material("lamp", varnish(1.0), black, LayerMaps::default()).emitting(Rgb::splat(2.0))
+}
+
+#[test]
+fn a_coated_lamp_is_darker_towards_the_horizon() {
+    for degrees in [0.0_f64, 50.0, 75.0] {
+        let mut g = Geometry::default();
+        let v = Vec3::new;
+        let (sin, cos) = degrees.to_radians().sin_cos();
+        // A little more than is seen of it.
+        let (x, y) = (0.55 / cos as f32, 0.55);
+        scenes::quad(&mut g, [v(-x, -y, 0.0), v(x, -y, 0.0), v(x, y, 0.0), v(-x, y, 0.0)], 0);
+        let from = v(2.0 * sin as f32, 0.0, 2.0 * cos as f32);
+        let camera = Camera::orthographic(from, Vec3::ZERO, Vec3::Y, 1.0, scenes::square(8, Filter::Box));
+        let scene = Scene::new(g, vec![coated_lamp()], &[], camera);
+        let expected = constant(2.0 * through_coat(cos));
+        assert_image(&format!("a coated lamp at {degrees}°"), &scene, &UNBIASED, 1, 0.01, &expected);
+    }
+}
+
+#[test]
+fn a_coated_lamp_lights_what_stands_beside_it() {
+    // The lamp stands upright on the receiver's plane, so that much of its light leaves at low angles.
+    let receiver = Receiver::new(DVec3::ZERO, DQuat::IDENTITY, 0.5);
+    let [left, width, top] = [-0.7, 1.0, 1.2];
+    let mut g = Geometry::default();
+    receiver.add(&mut g, 0);
+    let corner = |y: f64, z: f64| DVec3::new(left, y, z).as_vec3();
+    let half = 0.5 * width;
+    scenes::quad(&mut g, [corner(0.1, half), corner(0.1, -half), corner(top, -half), corner(top, half)], 1);
+    let camera = receiver.orthographic(2.0, scenes::square(8, Filter::Box));
+    let scene = Scene::new(g, vec![Receiver::material(), coated_lamp()], &[], camera);
+    let n = 48;
+    let irradiance = |p: DVec3| {
+        let (dy, dz) = ((top - 0.1) / f64::from(n), width / f64::from(n));
+        let at = |i: u32, j: u32| DVec3::new(left, 0.1 + (f64::from(i) + 0.5) * dy, -half + (f64::from(j) + 0.5) * dz);
+        let places = (0..n).flat_map(|i| (0..n).map(move |j| (i, j)));
+        let from = |(i, j)| {
+            let to = p - at(i, j);
+            let w = to.normalize();
+            2.0 * through_coat(w.x) * w.x * -w.y / to.length_squared() * dy * dz
+        };
+        places.map(from).sum::<f64>()
+    };
+    let expected = receiver.expected(24, irradiance);
+    assert_image("beside a coated lamp", &scene, &UNBIASED, 2, 0.01, &expected);
 }

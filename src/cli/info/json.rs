@@ -4,6 +4,7 @@ use glam::{DVec3, Vec3};
 use pathspace::{
     io::{Loaded, NamedAnimation, NamedCamera, PunctualLight, ThinLens, View},
     scene::{
+        bsdf::Metal,
         layers::LayerMaps,
         material::{AlphaMode, EmissionSides, Material, VertexColors},
         texture::Texture,
@@ -90,6 +91,7 @@ fn material(material: &Material) -> Value {
     json!({
         "name": material.name,
         "kind": info::kind(material),
+        "metal": material.measured_metal().map(Metal::symbol),
         "emits": material.emits(),
         "radiance": vector(material.emission),
         "emission_sides": match material.emission_sides {

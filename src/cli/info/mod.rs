@@ -2,14 +2,17 @@
 
 mod json;
 
-use std::{collections::BTreeMap, path::PathBuf};
+use std::{
+    collections::{BTreeMap, BTreeSet},
+    path::PathBuf,
+};
 
 use glam::{DVec3, Vec3};
 use pathspace::{
     io::{self, Loaded, NamedAnimation, PunctualLight, Summary, ThinLens, View},
     scene::{
         Scene,
-        bsdf::Bsdf,
+        bsdf::{Bsdf, Metal},
         material::{Boundary, Material, MaterialId},
     },
 };
@@ -165,7 +168,10 @@ fn materials(materials: &[Material]) -> String {
     let emitters = materials.iter().filter(|material| material.emits()).count();
     let dispersing = materials.iter().filter(|material| material.dispersion > 0.0).count();
     let dispersing = if dispersing > 0 { format!("; dispersing: {dispersing}") } else { String::new() };
-    format!("{}: {kinds}; emitting: {emitters}{dispersing}", materials.len())
+    let metals: BTreeSet<_> = materials.iter().filter_map(Material::measured_metal).map(Metal::symbol).collect();
+    let metals: Vec<_> = metals.into_iter().collect();
+    let metals = if metals.is_empty() { String::new() } else { format!("; measured: {}", metals.join(", ")) };
+    format!("{}: {kinds}; emitting: {emitters}{dispersing}{metals}", materials.len())
 }
 
 /// `12 emissive triangles, 1 emissive sphere, 2 points, 1 sun`.

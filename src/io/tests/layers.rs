@@ -211,5 +211,29 @@ fn what_is_wrong_or_left_out_is_said_in_a_sentence() {
         "emissiveFactor": [0.0, 1.0, 0.0], "extensions": { "KHR_materials_clearcoat": { "clearcoatFactor": 1.0 } },
     });
     let warnings = load(&textured(&one_texel([255; 4]), &lamp)).unwrap().warnings;
-    assert!(warnings.iter().any(|w| w.contains("emits under its coat")), "{warnings:?}");
+    assert!(warnings.is_empty(), "a coat darkens what is emitted below it: {warnings:?}");
+}
+
+#[test]
+fn a_metal_is_found_by_its_symbol() {
+    let metal = |name: Value| json!({ "PATHSPACE_materials_metal": { "name": name } });
+    let of = |extensions: Value| {
+        let material = json!({ "pbrMetallicRoughness": { "roughnessFactor": 0.5 }, "extensions": extensions });
+        changed(triangle(), "/materials", json!([material]))
+    };
+    let loaded = load(&of(metal(json!("Cu")))).unwrap();
+    let Bsdf::Layered(layered) = loaded.materials[0].bsdf else { panic!("{:?}", loaded.materials[0].bsdf) };
+    let copper = loaded.materials[0].measured_metal().expect("a metal");
+    assert_eq!((copper.symbol(), layered.surface().metallic), ("Cu", 1.0));
+    assert!((layered.surface().alpha - 0.25).abs() < 1e-3 && loaded.warnings.is_empty(), "{:?}", loaded.warnings);
+    let error = load(&of(metal(json!("Unobtainium")))).unwrap_err().to_string();
+    let place = "/materials/0/extensions/PATHSPACE_materials_metal/name";
+    assert!(error.contains(place) && error.contains("Unobtainium") && error.contains("Ag, Al, Au, Co, Cr"), "{error}");
+    let error = load(&of(metal(json!(29)))).unwrap_err().to_string();
+    assert!(error.contains(place) && error.contains("no name of a metal"), "{error}");
+    let mut extensions = metal(json!("Ag"));
+    extensions["KHR_materials_transmission"] = json!({ "transmissionFactor": 1.0 });
+    let loaded = load(&of(extensions)).unwrap();
+    assert_eq!(loaded.materials[0].measured_metal().map(|metal| metal.symbol()), Some("Ag"));
+    assert!(loaded.warnings.iter().any(|w| w.contains("is a metal")), "{:?}", loaded.warnings);
 }

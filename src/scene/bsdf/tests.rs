@@ -88,6 +88,9 @@ fn layered() -> impl Iterator<Item = (&'static str, Bsdf)> {
         ("plastic with a grain", Surface { metallic: 0.0, anisotropy: 1.0, ..grain }),
         ("metal under a film", film),
         ("plastic under a film", Surface { metallic: 0.0, film: 0.8, ..film }),
+        ("gold", Surface { measured: Metal::named("Au"), alpha: 0.2, ..Surface::LAMBERT }),
+        ("tungsten, rough", Surface { measured: Metal::named("W"), alpha: 0.8, ..Surface::LAMBERT }),
+        ("chromium under a coat", Surface { measured: Metal::named("Cr"), ..coat }),
         ("leaf", leaf),
         ("all layers", all),
     ]

@@ -14,6 +14,8 @@ mod spot;
 mod tree;
 
 #[cfg(test)]
+mod coat_tests;
+#[cfg(test)]
 mod tests;
 #[cfg(test)]
 mod tree_tests;
@@ -39,6 +41,7 @@ pub use self::{
 };
 pub use super::id::LightId;
 use super::{
+    bsdf::OverEmission,
     geometry::{Geometry, PrimitiveId},
     material::{EmissionSides, Material, MaterialId},
     point::{Place, Point},
@@ -214,9 +217,10 @@ impl Lights {
     }
 
     /// L_e/α at `point` in the unit direction `w` away from it: radiance of an area light or environment,
-    /// intensity of a point light or a spot, irradiance of a sun. Zero where nothing emits.
+    /// intensity of a point light or a spot, irradiance of a sun. Zero where nothing emits. A coat darkens what is
+    /// emitted below it.
     #[inline(always)]
-    pub fn le<L: Lanes, B>(&self, point: &Point<L, B>, w: L::V) -> Rgb<L::V> {
+    pub fn le<L: Lanes, B: OverEmission<L>>(&self, point: &Point<L, B>, w: L::V) -> Rgb<L::V> {
         let lanes = point.alpha.lanes();
         if point.place != Place::Surface {
             let (position, w) = (point.position.all(), w.all());
@@ -230,7 +234,13 @@ impl Lights {
             let both = |id| matches!(self.get(id), Light::Area { sides: EmissionSides::Both, .. });
             shines = shines | (behind & lanes.condition(|k| L::lane(&point.light, k).is_some_and(both)));
         }
-        Rgb::select(shines, point.emission, Rgb::of(L::V::new(zero, zero, zero)))
+        let black = Rgb::of(L::V::new(zero, zero, zero));
+        if shines.any()
+            && let Some(factor) = point.bsdf.emission_factor(point.shading_normal, w)
+        {
+            return Rgb::select(shines, point.emission.times(factor), black);
+        }
+        Rgb::select(shines, point.emission, black)
     }
 
     /// [`Self::le`] of what is no surface.

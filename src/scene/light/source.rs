@@ -25,11 +25,12 @@ use crate::{
 #[derive(Clone, Debug)]
 pub enum Light {
     /// A primitive each of whose points emits the same radiance (W/(m² sr) or nit) into every direction of its emitting
-    /// sides: [`Point::emission`].
+    /// sides, [`Point::emission`], less what a coat over it takes.
     Area {
         /// The primitive.
         primitive: PrimitiveId,
-        /// L_e; of a textured primitive its mean.
+        /// L_e; of a textured primitive its mean, and under a coat its cosine-weighted mean over the hemisphere. A coat
+        /// counts as if its texture were white.
         radiance: Rgb,
         /// Which sides emit, with respect to N_g.
         sides: EmissionSides,
@@ -113,9 +114,10 @@ pub(super) fn emitter(
     shared: &mut SharedMaps,
 ) -> Option<Light> {
     let material = &materials[geometry.material(primitive).0 as usize];
+    let passed = material.bsdf.mean_emission_factor();
     let area = Light::Area {
         primitive,
-        radiance: material.emission,
+        radiance: material.emission * passed,
         sides: material.emission_sides,
         area: geometry.area(primitive),
         map: None,
@@ -127,7 +129,7 @@ pub(super) fn emitter(
         None => new(),
     }?;
     let Light::Area { primitive, sides, area, .. } = area else { return None };
-    let radiance = found.mean();
+    let radiance = found.mean() * passed;
     Some(Light::Area { primitive, radiance, sides, area, map: (!geometry.is_sphere(primitive)).then_some(found) })
 }
 

@@ -32,7 +32,11 @@ const MEAN_COS: f32 = 0.456;
 fn both(s: &Stack, cos: f32) -> [Rgb; 2] {
     let (p, power) = (&s.surface, fresnel::schlick_power(cos));
     let dielectric = fresnel::schlick(p.f0, Rgb::splat(p.f90), power);
-    with_film(s, [dielectric, fresnel::schlick(p.base_color, Rgb::ONE, power)], cos)
+    let metal = match p.measured {
+        Some(metal) => metal.reflectance(cos),
+        None => fresnel::schlick(p.base_color, Rgb::ONE, power),
+    };
+    with_film(s, [dielectric, metal], cos)
 }
 
 fn with_film(s: &Stack, [dielectric, metal]: [Rgb; 2], cos: f32) -> [Rgb; 2] {
@@ -46,8 +50,12 @@ fn with_film(s: &Stack, [dielectric, metal]: [Rgb; 2], cos: f32) -> [Rgb; 2] {
 /// Mean reflectance of dielectric and metal over all directions.
 pub(super) fn means(s: &Stack) -> [Rgb; 2] {
     let p = &s.surface;
-    let plain = [p.f0.map(|f0| mean_reflectance(f0, p.f90)), p.base_color.map(|f0| mean_reflectance(f0, 1.0))];
-    with_film(s, plain, MEAN_COS)
+    let dielectric = p.f0.map(|f0| mean_reflectance(f0, p.f90));
+    let metal = match p.measured {
+        Some(metal) => metal.mean(),
+        None => p.base_color.map(|f0| mean_reflectance(f0, 1.0)),
+    };
+    with_film(s, [dielectric, metal], MEAN_COS)
 }
 
 /// Reflectance of a facet met with this cosine.

@@ -2,7 +2,7 @@
 
 use glam::{Vec2, Vec3};
 
-use super::{COAT, End, Part, Stack, base::mirror};
+use super::{COAT, End, Part, Stack, Surface, base::mirror};
 use crate::{
     math::{Frame, Rgb},
     scene::{
@@ -21,8 +21,7 @@ pub(super) struct Axes {
 impl Axes {
     /// Around a normal of which x and y are known, in the frame around N_s.
     pub(super) fn new(normal: Vec2, is_flat: bool) -> Self {
-        let rest = (1.0 - normal.length_squared()).max(0.01).sqrt();
-        let normal = normal.extend(rest).normalize();
+        let normal = upright(normal);
         Self { frame: Frame::around(normal), bent: is_flat.then(|| Tilt::between(Vec3::Z, normal, false)) }
     }
 
@@ -40,6 +39,24 @@ impl Axes {
         let w = self.frame.to_world(w).normalize();
         self.bent.as_ref().map_or(w, |bent| bent.to_shading(w).direction)
     }
+}
+
+/// The unit normal with this x and y.
+fn upright(normal: Vec2) -> Vec3 {
+    let rest = (1.0 - normal.length_squared()).max(0.01).sqrt();
+    normal.extend(rest).normalize()
+}
+
+/// What the coat leaves of the light that `surface` emits below it in the direction `w` over N_s:
+/// 1 − coat · F(|ω·N_coat|), F after Schlick (`KHR_materials_clearcoat`, "Emission"). Its roughness does not count.
+pub(super) fn passes_emission(surface: &Surface, w: Vec3) -> f32 {
+    let cos = if surface.coat_normal == Vec2::ZERO { w.z } else { w.dot(upright(surface.coat_normal)) };
+    1.0 - surface.coat * (COAT.f0 + (COAT.f90 - COAT.f0) * fresnel::schlick_power(cos.abs()))
+}
+
+/// The cosine-weighted mean of [`passes_emission`] over the hemisphere: Schlick's (1 − cos)⁵ has the mean 1/21.
+pub(super) fn passes_emission_on_average(surface: &Surface) -> f32 {
+    1.0 - surface.coat * (COAT.f0 + (COAT.f90 - COAT.f0) / 21.0)
 }
 
 /// What the coat's facets reflect at once.

@@ -34,11 +34,14 @@ mod tests;
 use glam::{Vec2, Vec3};
 
 use super::{
-    BsdfSample, GRAZING, Lobe, Scatter, ScatterEvent, Transport,
+    BsdfSample, GRAZING, Lobe, Metal, Scatter, ScatterEvent, Transport,
     albedo::Split,
     layer::{Coat, Grazing, multiple},
 };
-use crate::{math::Rgb, sampling::PdfSolidAngle};
+use crate::{
+    math::{Frame, Rgb},
+    sampling::PdfSolidAngle,
+};
 use facets::Facets;
 use film::Film;
 use record::Record;
@@ -88,6 +91,9 @@ pub struct Surface {
     pub transmission: f32,
     /// The tint of that light.
     pub transmission_color: Rgb,
+    /// The metal that the base is all of, if it is a measured one: base colour, F0, F90 and the fraction of metal then
+    /// do not count.
+    pub measured: Option<Metal>,
 }
 
 /// What the lobes need of all directions together.
@@ -215,7 +221,14 @@ impl Surface {
         tangent: 0.0,
         transmission: 0.0,
         transmission_color: Rgb::ONE,
+        measured: None,
     };
+
+    /// The same, with a measured metal's parameters in their places.
+    fn settled(self) -> Self {
+        let Some(metal) = self.measured else { return self };
+        Self { base_color: metal.reflectance(1.0), f0: Rgb::ZERO, f90: 0.0, metallic: 1.0, ..self }
+    }
 }
 
 impl Layered {
@@ -225,7 +238,7 @@ impl Layered {
             alpha: surface.alpha.max(LEAST_ALPHA),
             coat_alpha: surface.coat_alpha.max(LEAST_ALPHA),
             sheen_alpha: surface.sheen_alpha.max(sheen::LEAST_ALPHA),
-            ..*surface
+            ..surface.settled()
         };
         // What is averaged is what will be read.
         let kept = Self(Record::new(&surface, Averages::default())).stack();
@@ -235,6 +248,16 @@ impl Layered {
     /// The parameters.
     pub fn surface(&self) -> Surface {
         self.0.read().0
+    }
+
+    /// See [`super::OverEmission::emission_factor`].
+    pub fn emission_factor(&self, n_s: Vec3, w: Vec3) -> f32 {
+        coat::passes_emission(&self.surface(), Frame::around(n_s).to_local(w))
+    }
+
+    /// See [`super::Bsdf::mean_emission_factor`].
+    pub fn mean_emission_factor(&self) -> f32 {
+        coat::passes_emission_on_average(&self.surface())
     }
 
     fn stack(&self) -> Stack {

@@ -7,7 +7,7 @@ use std::f32::consts::PI;
 
 use glam::Vec2;
 
-use super::{Averages, Surface};
+use super::{super::Metal, Averages, Surface};
 use crate::math::Rgb;
 
 /// So many words of 16 bits: with the tag of the enum as large as the largest of the other BSDFs.
@@ -27,7 +27,12 @@ impl Record {
         let mut bits = Writer { words: [0; WORDS], at: 0 };
         let s = surface;
         bits.color(11, s.base_color);
-        bits.color(11, s.f0);
+        bits.whole(1, u32::from(s.measured.is_some()));
+        match s.measured {
+            // It has no other interface.
+            Some(metal) => [u32::from(metal.index()), 0, 0].into_iter().for_each(|word| bits.whole(11, word)),
+            None => bits.color(11, s.f0),
+        }
         bits.fraction(10, s.f90);
         bits.fraction(8, s.metallic);
         bits.fraction(12, s.alpha.sqrt());
@@ -53,9 +58,16 @@ impl Record {
     pub fn read(&self) -> (Surface, Averages) {
         let mut bits = Reader { words: &self.0, at: 0 };
         let square = |x: f32| x * x;
+        let base_color = bits.color(11);
+        let (measured, f0) = if bits.whole(1) == 1 {
+            let [index, ..] = [11; 3].map(|n| bits.whole(n));
+            (Some(Metal::of_index(index as u8)), Rgb::ZERO)
+        } else {
+            (None, bits.color(11))
+        };
         let surface = Surface {
-            base_color: bits.color(11),
-            f0: bits.color(11),
+            base_color,
+            f0,
             f90: bits.fraction(10),
             metallic: bits.fraction(8),
             alpha: square(bits.fraction(12)),
@@ -72,6 +84,7 @@ impl Record {
             tangent: PI * bits.fraction(12),
             transmission: bits.fraction(8),
             transmission_color: bits.color(10),
+            measured,
         };
         (surface, Averages { passed: bits.fraction(16), spread: square(bits.fraction(16)) })
     }
@@ -170,6 +183,7 @@ mod tests {
             tangent: 2.5,
             transmission: 0.4,
             transmission_color: Rgb::new(0.1, 0.2, 0.6),
+            measured: None,
         };
         let (read, averages) = Record::new(&surface, Averages { passed: 0.91, spread: 0.013 }).read();
         let near = |a: f32, b: f32, by: f32| assert!((a - b).abs() <= by, "{a} for {b}");
@@ -205,5 +219,9 @@ mod tests {
         assert_eq!(Record::new(&read, averages).read().0, read, "what has been read is kept as it is");
         let flat = Surface { coat_normal: Vec2::ZERO, ..surface };
         assert_eq!(Record::new(&flat, averages).read().0.coat_normal, Vec2::ZERO);
+        for metal in Metal::all() {
+            let metal = Surface { measured: Some(metal), f0: Rgb::ZERO, ..read };
+            assert_eq!(Record::new(&metal, averages).read().0, metal);
+        }
     }
 }

@@ -115,3 +115,39 @@ fn all_layers_together_gain_nothing() {
         }
     }
 }
+
+/// Oracle: the metal's own reflectance where facets are as good as smooth, and at most 1 anywhere.
+#[test]
+fn a_measured_metal_gains_nothing_and_where_it_is_smooth_reflects_as_its_table_says() {
+    for metal in Metal::all() {
+        for (alpha, cos) in ALPHAS.into_iter().flat_map(|alpha| COSINES.map(|cos| (alpha, cos))) {
+            let layered = Layered::new(&Surface { measured: Some(metal), alpha, ..WHITE });
+            let known = Vec3::new((1.0 - cos * cos).sqrt(), 0.0, cos);
+            let found = albedo(&layered, known, Transport::Radiance, 1024);
+            let symbol = metal.symbol();
+            assert!(found < 1.002, "{symbol}, {alpha}, {cos}: {found}");
+            let expected = f64::from(metal.reflectance(cos).g());
+            if alpha == 0.0 {
+                assert!((found - expected).abs() < 3e-3, "{symbol} at {cos}: {found}, not {expected}");
+            }
+        }
+    }
+}
+
+/// Kulla & Conty 2017: what facets send back and forth is reflected by the mean reflectance each time. Of a metal that
+/// is as rough as can be, about that is left of the light that meets several facets.
+#[test]
+fn a_rough_metal_keeps_what_its_facets_send_to_each_other() {
+    for symbol in ["Ag", "Au", "Cr"] {
+        let metal = Metal::named(symbol);
+        let rough = Layered::new(&Surface { measured: metal, alpha: 1.0, ..WHITE });
+        let (mean, e1) = (f64::from(metal.map_or(0.0, |m| m.mean().g())), 1.0 - f64::from(Split::average(1.0).missing));
+        let n = 12;
+        let cosine = |i: u16| ((f32::from(i) + 0.5) / f32::from(n)).sqrt();
+        let towards = |cos: f32| Vec3::new((1.0 - cos * cos).sqrt(), 0.0, cos);
+        let found: f64 = (0..n).map(|i| albedo(&rough, towards(cosine(i)), Transport::Radiance, 1024)).sum();
+        let found = found / f64::from(n);
+        let expected = mean * e1 + mean * mean * e1 / (1.0 - mean * (1.0 - e1)) * (1.0 - e1);
+        assert!((found - expected).abs() < 0.015, "{symbol}: {found}, not {expected}");
+    }
+}
