@@ -344,7 +344,7 @@ impl<'a> Path<'a> {
             let end = &self.vertices[n].point;
             let next_event = strategy.s == 1 && strategy.t >= 2;
             return f64::from(if next_event {
-                lights.pdf_next_event(end, self.from(n, n - 1)).0
+                self.scene.pdf_next_event(end, self.from(n, n - 1)).0
             } else {
                 lights.pdf_position(end).0
             });

@@ -64,7 +64,7 @@ impl<L: Lanes> Joint<L> {
             visibility: lanes.splat(1.0),
             camera_density: [nothing; 2],
             light_density: [position, lights.pdf_direction(p, to_camera).to_area(&end.back)],
-            next_event_ratio: lights.pdf_next_event(p, before).0 / position.0,
+            next_event_ratio: scene.pdf_next_event(p, before).0 / position.0,
             raster: None,
         })
     }

@@ -263,7 +263,7 @@ impl Subpath {
             }
             if way.transport == Transport::Importance && self.len == 2 {
                 let [end, before] = [&self.room[0], &self.room[1]];
-                let next_event = scene.lights().pdf_next_event(&end.vertex.point, &before.vertex.point);
+                let next_event = scene.pdf_next_event(&end.vertex.point, &before.vertex.point);
                 self.beginning.next_event_ratio = next_event.0 / end.pdf_fwd.0;
             }
             if self.len == way.vertices as usize {

@@ -38,6 +38,35 @@ fn cosine<F: Float>(x: F) -> F {
     constant(1.0) - z * 0.5 + z * z * p
 }
 
+/// sin x and cos x to 10⁻⁶, and the sine of small angles to some ulps, for 0 ≤ x ≤ π.
+#[inline(always)]
+pub fn sine_and_cosine<F: Float>(x: F) -> (F, F) {
+    let one = x.lanes().splat(1.0);
+    let quarter = x * 0.25;
+    let (sin, cos) = (sine(quarter), cosine(quarter));
+    // Twice the angle, twice: 1 − 2 sin² is exact where the angle is small.
+    let (sin, cos) = (sin * cos * 2.0, one - sin * sin * 2.0);
+    (sin * cos * 2.0, one - sin * sin * 2.0)
+}
+
+/// The angle of (x, y) from the x axis, in [0, π], for y ≥ 0, to some ulps (Moshier, *Cephes*, `atanf`).
+#[inline(always)]
+pub fn angle<F: Float>([x, y]: [F; 2]) -> F {
+    let constant = |c| x.lanes().splat(c);
+    let (a, one) = (x.abs(), constant(1.0));
+    // Between 0 and π/4, and then between −π/8 and π/8.
+    let is_steep = a.lt(y);
+    let slope = is_steep.select(a, y) / is_steep.select(y, a);
+    let is_large = constant(0.414_213_57).lt(slope);
+    let t = is_large.select((slope - one) / (slope + one), slope);
+    let z = t * t;
+    let p = ((z * 8.053_744_4e-2 - constant(1.387_768_6e-1)) * z + constant(1.997_771_1e-1)) * z;
+    let small = (p - constant(3.333_295e-1)) * z * t + t;
+    let angle = is_large.select(small + constant(PI / 4.0), small);
+    let angle = is_steep.select(constant(PI / 2.0) - angle, angle);
+    x.lt(constant(0.0)).select(constant(PI) - angle, angle)
+}
+
 /// A unit vector around +z with density cos θ/π ([`cosine_hemisphere_pdf`]).
 #[inline(always)]
 pub fn cosine_hemisphere<F: Float>(u: [F; 2]) -> <F::Lanes as Lanes>::V {
@@ -81,6 +110,25 @@ mod tests {
             let (sin, cos) = f64::from(x).sin_cos();
             assert!((f64::from(sine(x)) - sin).abs() <= f64::from(f32::EPSILON) * sin.abs(), "sin {x}");
             assert!((f64::from(cosine(x)) - cos).abs() <= f64::from(f32::EPSILON) * cos, "cos {x}");
+        }
+    }
+
+    #[test]
+    fn angles_are_right_to_some_ulps() {
+        for i in 0..=10_000 {
+            let x = (i as f32 * (PI / 10_000.0)).min(PI);
+            let (sin, cos) = sine_and_cosine(x);
+            let right = f64::from(x).sin_cos();
+            assert!((f64::from(sin) - right.0).abs() <= 5e-7 * f64::from(x.min(1.0)), "sin {x}");
+            assert!((f64::from(cos) - right.1).abs() <= 1e-6, "cos {x}");
+            let (y, x) = (right.0.max(0.0) as f32, right.1 as f32);
+            for scale in [1.0, 1e-12, 3e9] {
+                let right = f64::from(y * scale).atan2(f64::from(x * scale));
+                assert!((f64::from(angle([x * scale, y * scale])) - right).abs() <= 3e-7 * right, "{x} {y}: {right}");
+            }
+        }
+        for y in [1e-30, 1e-9, 1e-4_f32] {
+            assert!((angle([3.0, y]) / (y / 3.0) - 1.0).abs() < 3e-7 && (sine_and_cosine(y).0 / y - 1.0).abs() < 3e-7);
         }
     }
 

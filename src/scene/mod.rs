@@ -371,7 +371,7 @@ impl Scene {
     /// [`Lights::sample_next_event`] for this scene.
     #[inline(always)]
     pub fn sample_next_event(&self, from: &Point, u: Square, choice: Choice, nth: u32) -> Option<(Point, PdfArea)> {
-        self.lights.sample_next_event(&self.geometry, &self.materials, || Receiver::at(from), u, choice, nth)
+        self.lights.sample_next_event(&self.geometry, &self.materials, Receiver::at(from), u, choice, nth)
     }
 
     /// [`Lights::sample_emission`] for this scene.

@@ -8,14 +8,14 @@ use super::{
     bsdf::{Bsdfs, Kind, Terms},
     geometry::{Geometry, PrimitiveId, STEEPEST, lifted, surface_of},
     id::{LightId, MediumId},
-    light::{Lights, Receiver},
+    light::{Lights, Outlook, Receiver, density},
     light_index::LightIndex,
     material::{AlphaMode, EmissionSides, Material, MaterialId},
     media::Media,
     point::{Place, Point},
 };
 use crate::{
-    lanes::{Float, Lanes, Mask, Record, Select, Unsigned, Vector},
+    lanes::{Float, Lanes, MOST, Mask, Record, Select, Unsigned, Vector},
     math::Rgb,
     sampling::{Choice, PdfArea, Square},
 };
@@ -92,7 +92,7 @@ impl Scene {
         choice: Choice,
         nth: u32,
     ) -> Option<(Point, PdfArea)> {
-        self.lights.sample_next_event(&self.geometry, &self.materials, || *from, u, choice, nth)
+        self.lights.sample_next_event(&self.geometry, &self.materials, *from, u, choice, nth)
     }
 
     /// The points at the barycentric coordinates `b` of the world's primitives `index` in the lanes `which`, as
@@ -104,6 +104,94 @@ impl Scene {
             return PlainPoints::nowhere(lanes);
         }
         records.points(lanes, which, index, b)
+    }
+
+    /// Points of lights that were chosen for next-event estimates from `from`, and their densities, as
+    /// [`Lights::sample_next_event`] has them; `b` are barycentric coordinates uniform in area.
+    #[inline(always)]
+    pub(crate) fn plain_next_event<L: Lanes>(
+        &self,
+        which: L::M,
+        light: &Chosen<L::U>,
+        from: L::V,
+        b: [L::F; 2],
+    ) -> (PlainPoints<L>, PdfArea<L::F>) {
+        let records = self.records();
+        let (which, t) = records.load(b[0].lanes(), which, light.triangle);
+        let outlook = Outlook::of(corners_of::<L>(&t), from);
+        let near = which & outlook.is_near;
+        let (mut b, mut area_of_solid_angle) = (b, light.density);
+        if near.any() {
+            let ([x, y], of_near) = outlook.place(b);
+            (b, area_of_solid_angle) = ([near.select(x, b[0]), near.select(y, b[1])], of_near);
+        }
+        let points = records.points_of(&t, which, light.triangle, b);
+        let mut pdf = light.density;
+        if near.any() {
+            let by_solid_angle = density(area_of_solid_angle, from, points.point.position, points.point.normal);
+            pdf = near.select(pdf * by_solid_angle, pdf);
+        }
+        (points, PdfArea(pdf))
+    }
+
+    /// [`Lights::pdf_next_event`] for this scene.
+    #[inline(always)]
+    pub fn pdf_next_event<L: Lanes, B>(&self, point: &Point<L, B>, from: &Point<L, B>) -> PdfArea<L::F> {
+        let lanes = point.alpha.lanes();
+        if L::N == 1 || point.place != Place::Surface || self.few_lights().is_none() {
+            return self.lights.pdf_next_event(&self.geometry, point, from);
+        }
+        // All lights are plain triangles.
+        let index = lanes.whole_numbers(|k| L::lane(&point.primitive, k).index());
+        let places = (from.position, point.position, point.normal);
+        let by_solid_angle = self.plain_densities_from(lanes, point.lies_on_light(), index, places);
+        PdfArea(self.lights.pdf_chosen(point, from).0 * by_solid_angle)
+    }
+
+    /// [`Lights::density_from`] of places on the triangles `index` in the lanes `which`, which are plain: where from,
+    /// where, and N_g there.
+    #[inline(always)]
+    fn plain_densities_from<L: Lanes>(
+        &self,
+        lanes: L,
+        which: L::M,
+        index: L::U,
+        (from, position, normal): (L::V, L::V, L::V),
+    ) -> L::F {
+        let (which, t) = self.records().load(lanes, which, index);
+        let (outlook, one) = (Outlook::of(corners_of::<L>(&t), from), lanes.splat(1.0));
+        let near = which & outlook.is_near;
+        if !near.any() {
+            return one;
+        }
+        near.select(density(outlook.area_of_solid_angle(), from, position, normal), one)
+    }
+
+    /// [`Self::pdf_next_event`] over the density `pdf` of emission, where next-event estimation chooses the lights as
+    /// emission does: of places on the `primitives` with these words, in the lanes `which`.
+    #[inline(always)]
+    pub(crate) fn next_event_ratio<L: Lanes>(
+        &self,
+        which: L::M,
+        primitives: [L::U; 2],
+        (from, position, normal): (L::V, L::V, L::V),
+        pdf: PdfArea<L::F>,
+    ) -> L::F {
+        let lanes = pdf.0.lanes();
+        let densities = if self.few_lights().is_some() {
+            self.plain_densities_from(lanes, which, primitives[1], (from, position, normal))
+        } else {
+            let ([instance, index], mut densities) = ([primitives[0].all(), primitives[1].all()], [1.0; MOST]);
+            let (from, position, normal) = (from.all(), position.all(), normal.all());
+            for k in which.lanes() {
+                if let Some(id) = self.light_of.get(PrimitiveId::of_words([instance[k], index[k]])) {
+                    let place = [position[k].into(), normal[k].into()];
+                    densities[k] = self.lights.density_from(&self.geometry, id, from[k].into(), place);
+                }
+            }
+            lanes.load(&densities)
+        };
+        pdf.0 * densities / pdf.0
     }
 
     /// The lights, if there are few and all are plain.
@@ -254,15 +342,26 @@ impl Records {
     /// The points at the barycentric coordinates `b` of the triangles `index` in the lanes `which`, as
     /// [`Point::on_surface`] has them, where these are plain.
     #[inline(always)]
-    pub fn points<L: Lanes>(&self, lanes: L, which: L::M, index: L::U, [b, c]: [L::F; 2]) -> PlainPoints<L> {
+    pub fn points<L: Lanes>(&self, lanes: L, which: L::M, index: L::U, b: [L::F; 2]) -> PlainPoints<L> {
+        let (which, t) = self.load(lanes, which, index);
+        self.points_of(&t, which, index, b)
+    }
+
+    /// The records of the triangles `index` in the lanes `which`, and where these are plain.
+    #[inline(always)]
+    fn load<L: Lanes>(&self, lanes: L, which: L::M, index: L::U) -> (L::M, [L::F; 16]) {
         let which = which & index.lt(lanes.splat_u(self.triangles.len() as u32));
+        let t = lanes.records(&self.triangles, which.select(index, lanes.splat_u(0)));
+        (which & !t[KIND].to_bits().eq(lanes.splat_u(NOT_PLAIN)), t)
+    }
+
+    /// The points of triangles with these records.
+    #[inline(always)]
+    fn points_of<L: Lanes>(&self, t: &[L::F; 16], which: L::M, index: L::U, [b, c]: [L::F; 2]) -> PlainPoints<L> {
+        let (lanes, kind) = (b.lanes(), t[KIND].to_bits());
         let index = which.select(index, lanes.splat_u(0));
-        let t = lanes.records(&self.triangles, index);
-        let kind = t[KIND].to_bits();
-        let which = which & !kind.eq(lanes.splat_u(NOT_PLAIN));
-        let corner = |i: usize| L::V::new(t[i], t[i + 1], t[i + 2]);
-        let normal = corner(12);
-        let (position, error) = surface_of([corner(0), corner(4), corner(8)], [b, c]);
+        let normal = L::V::new(t[12], t[13], t[14]);
+        let (position, error) = surface_of(corners_of::<L>(t), [b, c]);
         let smooth = which & kind.eq(lanes.splat_u(SMOOTH));
         let shading_normal =
             if smooth.any() { self.shading_normals::<L>(smooth, t[15].to_bits(), [b, c], normal) } else { normal };
@@ -314,6 +413,12 @@ impl Records {
         }
         lanes.vectors(|k| all[k])
     }
+}
+
+/// The corners of triangles with these records.
+#[inline(always)]
+fn corners_of<L: Lanes>(t: &[L::F; 16]) -> [L::V; 3] {
+    [L::V::new(t[0], t[1], t[2]), L::V::new(t[4], t[5], t[6]), L::V::new(t[8], t[9], t[10])]
 }
 
 fn record([a, b, c, d]: [[f32; 4]; 4]) -> Record {

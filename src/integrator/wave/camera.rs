@@ -221,9 +221,9 @@ impl<L: Lanes> Ends<L> {
         let (square, [high, low]) = (numbers.next_square(), numbers.next_choice_words());
         if let Some(lights) = scene.few_lights() {
             let light = lights.choose([high, low]);
-            let points = scene.plain_points(lanes, which, light.triangle, warp::triangle(square.coordinates()));
-            let some = which & points.which & lanes.splat(0.0).lt(light.density);
-            return Self::Plain((points.point, PdfArea(light.density), some));
+            let (b, from) = (warp::triangle(square.coordinates()), here.vertex.point.position);
+            let (points, pdf) = scene.plain_next_event::<L>(which, &light, from, b);
+            return Self::Plain((points.point, pdf, which & points.which & lanes.splat(0.0).lt(pdf.0)));
         }
         let receivers = Receiver::all(&here.vertex.point);
         let nth = n % scene.lights().next_event_samples();

@@ -148,13 +148,17 @@ impl Integrator {
         here: &Step<L, Bsdfs<L>>,
         lights: &[Point],
     ) -> L::F {
-        // Where next-event estimation chooses as emission does, the ratio is 1.
         if lights.is_empty() {
-            return walk.next_event_ratio;
+            if place != Place::Surface || !self.weighs_camera_walks() {
+                return walk.next_event_ratio;
+            }
+            // Next-event estimation chooses the lights as emission does, but not always the places on them.
+            let places = (here.vertex.point.position, walk.position, walk.normal);
+            return scene.next_event_ratio::<L>(which, walk.primitive, places, walk.pdf_fwd);
         }
         let number = which.select(walk.number, lanes.splat_u(0)).all();
         let end = Point::of_each(lanes, which, place, |k| &lights[number[k] as usize]);
-        scene.lights().pdf_next_event(&end, &here.vertex.point).0 / walk.pdf_fwd.0
+        scene.pdf_next_event(&end, &here.vertex.point).0 / walk.pdf_fwd.0
     }
 
     /// t = 1: the connections of the ends of the lanes `which` to the lens, up to the rays.

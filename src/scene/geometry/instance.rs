@@ -164,10 +164,14 @@ impl Instance {
         moved_tangent(self.placement.to_world.matrix3, t)
     }
 
+    /// The corners of a triangle of `mesh` in world space.
+    pub fn corners(&self, mesh: &Mesh, index: u32) -> [Vec3; 3] {
+        mesh.triangle(index).corners().map(|p| self.placement.to_world.transform_point3(p.as_dvec3()).as_vec3())
+    }
+
     /// The world-space box around a triangle of `mesh`.
     pub fn bounds_of(&self, mesh: &Mesh, index: u32) -> Bounds {
-        let corners = mesh.triangle(index).corners();
-        let [a, b, c] = corners.map(|p| self.placement.to_world.transform_point3(p.as_dvec3()).as_vec3());
+        let [a, b, c] = self.corners(mesh, index);
         Bounds { min: a.min(b).min(c), max: a.max(b).max(c) }
     }
 

@@ -15,6 +15,7 @@ mod bvh;
 mod cluster;
 mod coincident;
 mod collapse;
+mod corners;
 mod horizon;
 mod id;
 mod instance;

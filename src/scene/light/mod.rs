@@ -9,6 +9,9 @@ mod emission;
 mod environment;
 mod goniometric;
 mod next_event;
+mod solid_angle;
+#[cfg(test)]
+mod solid_angle_tests;
 mod source;
 mod spot;
 mod tree;
@@ -24,7 +27,6 @@ use std::{collections::HashMap, f32::consts::FRAC_1_PI};
 
 use glam::{Vec2, Vec3};
 
-pub(crate) use self::tree::Receiver;
 use self::{
     choice::Family,
     emission::Detail,
@@ -38,6 +40,10 @@ pub use self::{
     goniometric::{Goniometric, Profile},
     source::Light,
     spot::Spot,
+};
+pub(crate) use self::{
+    solid_angle::{Outlook, density},
+    tree::Receiver,
 };
 pub use super::id::LightId;
 use super::{
@@ -283,7 +289,7 @@ impl Lights {
         &self,
         geometry: &Geometry,
         materials: &[Material],
-        from: impl FnOnce() -> Receiver,
+        from: Receiver,
         u: Square,
         choice: Choice,
         nth: u32,
@@ -292,10 +298,11 @@ impl Lights {
             NextEvent::Power => {
                 self.choose(choice).map(|(id, rest)| (id, self.choice.probability(id.index()), rest))?
             }
-            _ => self.choose_at(&from(), choice, nth)?,
+            _ => self.choose_at(&from, choice, nth)?,
         };
-        let point = self.sample_position(geometry, materials, id, u, rest);
-        let pdf = PdfArea(self.pdf_on(id, point.barycentric, point.position.to_array(), probability));
+        let (point, by_solid_angle) = self.sample_from((geometry, materials), id, from.position(), (u, rest));
+        let by_area = self.pdf_on(id, point.barycentric, point.position.to_array(), probability);
+        let pdf = PdfArea(by_area * by_solid_angle);
         (pdf > PdfArea::ZERO).then_some((point, pdf))
     }
 
@@ -323,7 +330,18 @@ impl Lights {
     /// The density of [`Lights::sample_next_event`] for the light point `point`, given p_{n-1} = `from`. With a sample
     /// of each light it is the sum over them, and integrates to their number.
     #[inline(always)]
-    pub fn pdf_next_event<L: Lanes, B>(&self, point: &Point<L, B>, from: &Point<L, B>) -> PdfArea<L::F> {
+    pub fn pdf_next_event<L: Lanes, B>(
+        &self,
+        geometry: &Geometry,
+        point: &Point<L, B>,
+        from: &Point<L, B>,
+    ) -> PdfArea<L::F> {
+        PdfArea(self.pdf_chosen(point, from).0 * self.densities_from(geometry, point, from))
+    }
+
+    /// The density of [`Lights::pdf_next_event`] if places were chosen as emission chooses them.
+    #[inline(always)]
+    pub(crate) fn pdf_chosen<L: Lanes, B>(&self, point: &Point<L, B>, from: &Point<L, B>) -> PdfArea<L::F> {
         if matches!(self.next_event, NextEvent::Power) {
             return self.pdf_position(point);
         }

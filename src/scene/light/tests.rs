@@ -21,14 +21,14 @@ use crate::{
 
 /// Bins of the sphere of equal solid angle: rows even in cos θ and columns even in longitude, both about `axis`, with
 /// rows from cos θ = 1 down to `lowest`.
-struct Bins {
+pub(super) struct Bins {
     frame: Frame,
     lowest: f64,
     side: usize,
 }
 
 impl Bins {
-    fn around(axis: Vec3, lowest: f64) -> Self {
+    pub fn around(axis: Vec3, lowest: f64) -> Self {
         Self { frame: Frame::around(axis), lowest, side: 12 }
     }
 
@@ -57,7 +57,13 @@ impl Bins {
     }
 
     /// The p-value of `n` samples against their density, which must integrate to 1.
-    fn p_value(&self, fine: usize, n: usize, sample: impl Fn(Vec2) -> Vec3, p: impl Fn(Vec3) -> PdfSolidAngle) -> f64 {
+    pub fn p_value(
+        &self,
+        fine: usize,
+        n: usize,
+        sample: impl Fn(Vec2) -> Vec3,
+        p: impl Fn(Vec3) -> PdfSolidAngle,
+    ) -> f64 {
         let expected = self.integrals(fine, &p);
         let total: f64 = expected.iter().sum();
         assert!((total - 1.0).abs() < 2e-3, "∫p dω = {total}");

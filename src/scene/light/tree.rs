@@ -147,6 +147,12 @@ impl Receiver {
         Self { position: from.position, normal: (from.place == Place::Surface).then_some(from.normal) }
     }
 
+    /// Where it is.
+    #[inline(always)]
+    pub fn position(&self) -> Vec3 {
+        self.position
+    }
+
     /// At the points in all lanes, by the lane's number.
     #[inline(always)]
     pub fn all<L: Lanes, B>(from: &Point<L, B>) -> impl Fn(usize) -> Self {

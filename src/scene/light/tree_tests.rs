@@ -70,7 +70,7 @@ fn receivers() -> impl Iterator<Item = Point> {
 fn probability(lights: &Lights, from: &Point, id: LightId) -> f64 {
     let p = Point { light: Some(id), ..Point::nowhere(Vec3::Z) };
     let without_choice = f64::from(lights.pdf_on(id, p.barycentric, p.position.to_array(), 1.0));
-    f64::from(lights.pdf_next_event(&p, from).0) / without_choice
+    f64::from(lights.pdf_chosen(&p, from).0) / without_choice
 }
 
 #[test]
@@ -115,15 +115,18 @@ fn a_sample_of_each_light_has_the_density_of_all() {
         match lights.sample_next_event(
             &geometry,
             &materials,
-            || Receiver::at(&from),
+            Receiver::at(&from),
             Vec2::splat(0.4).into(),
             Choice::from(0.4),
             nth,
         ) {
             Some((point, pdf)) => {
                 assert_eq!(point.light, Some(id));
-                assert_eq!(pdf, PdfArea(lights.pdf_on(id, point.barycentric, point.position.to_array(), 1.0)));
-                assert_eq!(pdf, lights.pdf_next_event(&point, &from));
+                let by_area = lights.pdf_on(id, point.barycentric, point.position.to_array(), 1.0);
+                let place = [point.position, point.normal];
+                let by_solid_angle = lights.density_from(&geometry, id, from.position, place);
+                assert_eq!(pdf, PdfArea(by_area * by_solid_angle));
+                assert_eq!(pdf, lights.pdf_next_event(&geometry, &point, &from));
             }
             None => black += 1,
         }
