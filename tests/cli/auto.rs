@@ -68,9 +68,7 @@ fn merging_is_chosen_where_it_is_needed_and_admitted() {
 fn options_that_others_lack_narrow_the_choice() {
     let run = Run::new();
     for (options, only) in [
-        (&["--merge-radius", "0.1"][..], "vcm"),
-        (&["--merge-radius", "0.1", "--light-paths", "1/2"], "vcm"),
-        (&["--light-vertices", "2", "--unbiased"], "bdpt"),
+        (&["--light-vertices", "2", "--unbiased"][..], "bdpt"),
         (&["--only-strategy", "2,2"], "bdpt"),
         (&["--only-strategy", "3,3"], "bdpt"),
     ] {
@@ -130,15 +128,15 @@ fn a_file_keeps_the_choice() {
     assert_eq!(code(&two), 0, "{}", stderr(&two));
     assert_eq!(header(&run.path("two.exr"), "light-paths").as_deref(), Some("2"));
     refused(&run.render(&["--choice", "no/such/folder/choice.json"]), 4, "no/such/folder");
-    let alone = ["--merge-radius", "0.1", "--light-paths", "2", "--choice", "choice.json"];
-    refused(&run.render(&alone), 2, "leave nothing but -i vcm --light-paths 2 to choose");
+    let alone = ["--light-vertices", "2", "--unbiased", "--choice", "choice.json"];
+    refused(&run.render(&alone), 2, "leave nothing but -i bdpt to choose");
 }
 
 /// Where memory has no room for the light vertices of `vcm`, and light vertices to choose from are none of `hybrid`'s.
 #[test]
 fn what_memory_leaves_is_said_and_kept() {
     let run = Run::new();
-    let options = ["--light-vertices", "2", "--light-paths", "600", "--max-depth", "4", "--memory-limit", "20M"];
+    let options = ["--light-vertices", "2", "--light-paths", "600", "--max-depth", "4", "--memory-limit", "5M"];
     let output = run.render(&[&options[..], &["--spp", "1", "--choice", "choice.json", "-o", "image.exr"]].concat());
     assert_eq!(code(&output), 0, "{}", stderr(&output));
     let line = choice(&output).expect("what was chosen");

@@ -136,7 +136,7 @@ fn the_bias_of_merging_is_said() {
     let fixed = said(&["-i", "vcm", "--merge-radius", "0.25"]);
     assert!(fixed.contains("not consistent: paths merge within 0.25 m in every pass"), "{fixed}");
     // One strategy's image has no bias, whatever weighs it; nor has what does not merge.
-    for options in [&["-i", "vcm", "--only-strategy", "1,2"][..], &[]] {
+    for options in [&["-i", "vcm", "--only-strategy", "1,2"][..], &["-i", "bdpt"]] {
         assert!(!said(options).contains("paths merge"), "{options:?}");
     }
     let [a, b] = ["0.25", "0.5"].map(|radius| run.image("a.exr", &["-i", "vcm", "--merge-radius", radius]));

@@ -189,9 +189,12 @@ impl ImageArgs {
         let is_foreseen =
             |x: &Candidate| self.merge_radius.is_none() || self.light_paths.is_some() || x.light_paths.is_with_each();
         let asked = |x: Candidate| Candidate { light_paths: self.light_paths.unwrap_or(x.light_paths), ..x };
-        let mut candidates: Vec<_> = CANDIDATES.into_iter().map(asked).collect();
-        candidates.dedup();
-        candidates.retain(|x| admitted(x) && suits(x) && serves_tiles(x) && is_foreseen(x));
+        let mut candidates = Vec::new();
+        for x in CANDIDATES.into_iter().map(asked) {
+            if admitted(&x) && suits(&x) && serves_tiles(&x) && is_foreseen(&x) && !candidates.contains(&x) {
+                candidates.push(x);
+            }
+        }
         let merges = |x: &&Candidate| x.integrator.merges();
         let Some(widest) = candidates.iter().rev().find(|x| !merges(x)).or(candidates.last()).copied() else {
             // What the one with the most techniques has no use for.

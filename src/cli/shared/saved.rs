@@ -76,7 +76,7 @@ pub fn resume<'a>(
 }
 
 /// What may differ because something else does, which made a pilot choose another integrator.
-const CHOSEN: [&str; 5] = ["integrator", "merge-radius", "roulette", "sampler", "weights"];
+const CHOSEN: [&str; 6] = ["integrator", "light-paths", "merge-radius", "roulette", "sampler", "weights"];
 
 /// What must be the same for two files, or a file and a render, to be parts of one image.
 pub struct Shape<'a> {
