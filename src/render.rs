@@ -321,7 +321,7 @@ impl<'a> Renderer<'a> {
         }
         if stages != Stages::Camera {
             let mut stage = self.light_stage(pixel, sweep);
-            if stages == Stages::Light && matches!(sweep, Sweep::Whole) {
+            if stages == Stages::Light && !matches!(sweep, Sweep::Light) {
                 stage.connects = Connects::Yes;
             }
             self.integrator.estimate_from_light(self.scene, stage, scratch, samplers, sink);
@@ -349,15 +349,15 @@ impl<'a> Renderer<'a> {
         let light_paths = self.integrator.techniques().light_paths();
         let paths = light_paths.of_pixel([pixel.x, pixel.y], self.settings.seed, self.passes.end);
         let first = || pixel.number(sensor) * light_paths.most();
-        // Where some light subpaths merge only, a walk that is made for that alone does not splat.
+        // Where only some light subpaths merge, the walk that is kept does not splat: the second one does.
         let merging = self.integrator.techniques().merging_light_paths();
         let splats_first = merging.is_with_each();
         match sweep {
             Sweep::Whole => LightStage { connects, splats, keeps: None, paths },
             Sweep::Light => {
-                // Turns that know nothing of those of light subpaths.
+                // Turns that know nothing of those of light subpaths: other numbers, and rows for columns.
                 let seed = self.settings.seed ^ 0x2545_f491_4f6c_dd1d;
-                let merges = merging.of_pixel([pixel.x, pixel.y], seed, self.passes.end) > 0;
+                let merges = merging.of_pixel([pixel.y, pixel.x], seed, self.passes.end) > 0;
                 let keeps = (splats == Splats::Yes && merges).then(first);
                 let splats = if splats_first { splats } else { Splats::No };
                 LightStage { connects: Connects::No, splats, keeps, paths: if merges { paths } else { 0 } }

@@ -19,8 +19,8 @@ pub const CANDIDATES: [Candidate; 6] = [
     Candidate::new(IntegratorKind::Path, LightPaths::ONE),
     Candidate::new(IntegratorKind::Hybrid, LightPaths::ONE),
     Candidate::new(IntegratorKind::Bdpt, LightPaths::ONE),
-    Candidate::new(IntegratorKind::Vcm, LightPaths::one_in(8)),
     Candidate::new(IntegratorKind::BdptSds, LightPaths::ONE),
+    Candidate::new(IntegratorKind::Vcm, LightPaths::one_in(8)),
     Candidate::new(IntegratorKind::Vcm, LightPaths::ONE),
 ];
 

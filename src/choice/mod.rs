@@ -39,8 +39,8 @@ const PART: f64 = 1.0 / 64.0;
 const PIXELS: [f64; 2] = [32.0 * 32.0, 64.0 * 64.0];
 /// Merges have the radius of this pass: the area within it is about the mean of 48 passes.
 const TYPICAL_PASS: u32 = 16;
-/// The part of the pixels that counts: what is noisy in a few of them only is left out, as
-/// [`ENOUGH_TILES`](crate::film::ENOUGH_TILES) leaves tiles out.
+/// The part of the pixels that counts: the differences of two images of six samples each are uncertain, and the largest
+/// of them, 2 in 1,024, are left out. A caustic may be no more than a hundredth of the pixels.
 const ENOUGH_PIXELS: f64 = 0.998;
 /// What is much darker than this part of the image's mean is compared with it.
 const DARK: f64 = 0.1;

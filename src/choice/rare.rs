@@ -22,7 +22,7 @@ pub const SAMPLES: f64 = 64.0;
 pub struct Bounds {
     /// Larger ones are rare.
     pub common: f64,
-    /// Those count as no larger than this: what is beyond it lacks in the image.
+    /// Those count as no larger than this: the rest is missing from the image.
     pub white: f64,
 }
 
@@ -66,6 +66,8 @@ pub(super) struct Excess {
     pub(super) mean: f64,
     pub(super) square: f64,
     pub(super) lost: f64,
+    /// How often a sample finds what is whiter than white.
+    pub(super) often: f64,
 }
 
 impl Rare {
@@ -75,10 +77,11 @@ impl Rare {
         if finds < FEW { 0.0 } else { light / self.light }
     }
 
-    /// The mean light of a pixel that a candidate finds so seldom that it is whiter than white: black nearly everywhere
-    /// else, which makes an error of the image, too.
+    /// The mean light of a pixel beyond white dots, in an image in which there is none: that of all finds times the
+    /// probability that no sample has one. What every sample finds, such as a lamp, is in the image.
     pub fn lost(&self, candidate: usize, pixel: usize) -> f64 {
-        self.candidates[candidate].excess[pixel].lost
+        let Excess { lost, often, .. } = self.candidates[candidate].excess[pixel];
+        lost * (-SAMPLES * often).exp()
     }
 
     /// By how much the mean of a pixel exceeds that of its clamped image.
@@ -137,6 +140,7 @@ impl Rare {
                 excess.mean += more.mean;
                 excess.square += more.square;
                 excess.lost += more.lost;
+                excess.often += more.often;
             }
         }
         self.light += other.light;
@@ -197,7 +201,10 @@ impl Excess {
             let (often, counted) = (light / size, size.min(white));
             self.mean += often * (counted - common);
             self.square += often * (counted * counted - common * common);
-            self.lost += often * (size - counted);
+            if size > white {
+                self.lost += often * (size - white);
+                self.often += often;
+            }
         }
     }
 }

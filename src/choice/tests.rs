@@ -64,7 +64,7 @@ fn the_best_is_chosen_that_finds_all_light() {
 
 #[test]
 fn a_choice_says_what_the_others_lack() {
-    let [path, hybrid, bdpt, few, _, _] = CANDIDATES;
+    let [path, hybrid, bdpt, _, few, _] = CANDIDATES;
     let errors = [(path, 1.0, 0.25), (hybrid, 6.0, 0.0), (bdpt, 2.0, 0.0), (few, 3.0, 0.0)];
     let choice = Choice::among(errors.map(|(one, error, missed)| estimate(one, error, missed)).into());
     assert_eq!(choice.candidate(), bdpt);
@@ -102,7 +102,7 @@ fn a_choice_is_a_function_of_scene_and_settings() {
     assert_eq!(scene.camera.sensor(), SENSOR);
     // Of an eighth of the light paths, an eighth as many merge with as many that look for them, which walks that end
     // nowhere or on a mirror do not.
-    let [.., few, _, all] = &first.estimates[..] else { panic!("{first:?}") };
+    let [.., few, all] = &first.estimates[..] else { panic!("{first:?}") };
     assert!((6.5..9.5).contains(&(all.work.merges / few.work.merges)), "{first:?}");
     assert!((few.work.lookups / all.work.lookups - 1.0).abs() < 0.05, "{first:?}");
     assert!((0.5..0.9).contains(&(few.work.lookups / few.work.camera)), "{first:?}");
@@ -152,6 +152,29 @@ fn what_is_bright_and_steady_is_no_noise() {
     rare.candidates[0].excess[0].add(100.0, 1000.0, bounds);
     assert!((rare.mean(0, 0) - 18.0).abs() < 1e-9);
     assert!((rare.variance(0, 0, 2.0) - 0.09 * (200.0 * 200.0 - 20.0 * 20.0)).abs() < 1e-6);
+}
+
+/// What is whiter than white is missing where no sample of an image has it: all of it if it is rare, and nothing of a
+/// lamp that every sample sees.
+#[test]
+fn what_is_seldom_found_is_missing() {
+    let nothing = OfOne { excess: vec![Excess::default()], missed: (0.0, 0) };
+    let mut rare = Rare { candidates: vec![nothing], light: 0.0 };
+    let bounds = Bounds { common: 20.0, white: 200.0 };
+    let mut lost = |finds: u32, light: f64, size: f64| {
+        rare.candidates[0].excess[0] = Excess::default();
+        (0..finds).for_each(|_| rare.candidates[0].excess[0].add(light, size, bounds));
+        rare.lost(0, 0)
+    };
+    // Once in a million samples: 3 × 10⁸ in the mean 300, of which white dots are no more than .0002.
+    assert!((lost(1, 300.0, 3e8) / 300.0 - 1.0).abs() < 1e-3);
+    // Once in 64 samples, whoever finds it.
+    for finds in [1, 100] {
+        let light = 1e5 / 64.0 / f64::from(finds);
+        assert!((lost(finds, light, 1e5) / ((1e5 - 200.0) / 64.0) - (-1.0_f64).exp()).abs() < 1e-9);
+    }
+    assert!(lost(1, 1e5, 1e5) < 1e-9);
+    assert_eq!(lost(1, 100.0, 200.0), 0.0);
 }
 
 /// Sees what an integrator really deposits.

@@ -195,8 +195,8 @@ impl Integrator {
             light.walk_from_light(scene, branch, vertices, self.roulette, samplers.light);
             sink.walked(Transport::Importance, light.steps().len().saturating_sub(1));
             let lost = light.take_lost_to_sides();
-            // Where light vertices are kept for merges, connections are made to a second walk of the same light
-            // subpath.
+            // Where light vertices are kept for merges, there are two walks of a light subpath: the one that splats
+            // counts its losses.
             if splats == Splats::Yes || !self.merges() {
                 sink.lost_to_sides(lost);
             }

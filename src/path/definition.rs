@@ -215,9 +215,9 @@ impl<'a> Path<'a> {
 
     /// The same for the subpaths of a table: zero where its [`MeetingPlaces`](super::MeetingPlaces) let nothing merge.
     pub fn density_of_merging(&self, strategy: Strategy, techniques: &Techniques) -> f64 {
-        let between = &self.vertices[1..strategy.t as usize - 1];
-        let is_seen = !between.is_empty() && between.iter().all(Vertex::is_delta);
-        let merges = techniques.meeting_places() == MeetingPlaces::Everywhere || (is_seen && strategy.s >= 2);
+        let (s, t) = (strategy.s as usize, strategy.t as usize);
+        let is_seen = t >= 3 && self.vertices[1..t - 1].iter().all(Vertex::is_delta);
+        let merges = techniques.meeting_places() == MeetingPlaces::Everywhere || (is_seen && s >= 2);
         if merges { self.density_of_meeting(strategy) } else { 0.0 }
     }
 

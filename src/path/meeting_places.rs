@@ -14,7 +14,7 @@ pub enum MeetingPlaces {
 }
 
 impl MeetingPlaces {
-    /// Whether a vertex merges that passes a delta lobe or not; `is_seen` is [`is_seen_by_specular`].
+    /// Whether subpaths may merge at a vertex; `is_seen` is [`is_seen_by_specular`].
     ///
     /// [`is_seen_by_specular`]: super::Densities::is_seen_by_specular
     #[inline(always)]
@@ -22,16 +22,25 @@ impl MeetingPlaces {
         !is_delta & self.admit_seen(is_seen)
     }
 
-    /// Whether one may merge, as far as the vertices before it decide.
+    /// The same, of a vertex that passes no delta lobe.
     #[inline(always)]
     pub fn admit_seen<M: Mask>(self, is_seen: M) -> M {
         match self {
-            Self::Everywhere => is_seen | !is_seen,
+            Self::Everywhere => is_seen | !is_seen, // all lanes
             Self::SeenBySpecular => is_seen,
         }
     }
 
-    /// The fewest vertices of a light subpath that merges with its last.
+    /// The fewest vertices of a camera subpath that merges with its last.
+    #[inline(always)]
+    pub fn fewest_camera_vertices(self) -> u32 {
+        match self {
+            Self::Everywhere => 2,
+            Self::SeenBySpecular => 3,
+        }
+    }
+
+    /// The same of a light subpath.
     #[inline(always)]
     pub fn fewest_light_vertices(self) -> u32 {
         match self {

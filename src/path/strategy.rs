@@ -244,7 +244,7 @@ impl Techniques {
     /// merge; zero where nothing does.
     #[inline]
     pub fn merging_pairs(&self, t: u32) -> f32 {
-        if self.radius.is_none() || t < 2 {
+        if self.radius.is_none() || t < self.meeting_places.fewest_camera_vertices() {
             return 0.0;
         }
         let splits = if t == 2 { 1 } else { self.splits };
@@ -392,7 +392,9 @@ impl Techniques {
     /// Every strategy beside which something merges: see [`Technique::Merged`].
     pub fn merges(&self) -> impl Iterator<Item = Strategy> {
         let most = if self.radius.is_some() { self.max_depth } else { 0 };
-        (1..most).flat_map(move |s| (2..=most + 1 - s).map(move |t| Strategy { s, t }))
+        let places = self.meeting_places;
+        let [fewest_s, fewest_t] = [places.fewest_light_vertices() - 1, places.fewest_camera_vertices()];
+        (fewest_s..most).flat_map(move |s| (fewest_t..=most + 1 - s).map(move |t| Strategy { s, t }))
     }
 
     /// How many vertices a light subpath needs for connections to camera subpaths (s ≥ 2, t ≥ 2), for splats (t = 1)
@@ -469,7 +471,9 @@ mod tests {
         assert_eq!(merging.merging_pairs(2), 90.0);
         // And merges with one for a third of those.
         let few = merging.merging_at(MeetingPlaces::SeenBySpecular, LightPaths::one_in(3));
-        assert_eq!([few.merging_pairs(2), few.count(Strategy { s: 2, t: 2 })], [30.0, 7.5]);
+        assert_eq!([2, 3].map(|t| few.merging_pairs(t)), [0.0, 30.0]);
+        assert_eq!(few.count(Strategy { s: 2, t: 2 }), 7.5);
+        assert_eq!(few.merges().collect::<Vec<_>>(), [Strategy { s: 2, t: 3 }]);
         let one = table.only(Strategy { s: 1, t: 2 });
         assert_eq!(one.strategies().collect::<Vec<_>>(), [Strategy { s: 1, t: 2 }]);
         assert_eq!(one.camera_vertices(), 2);

@@ -3,7 +3,7 @@
 use glam::{Vec2, Vec3};
 
 use super::{
-    Beginning, RivalSum, Roulette, RunningSum, Step,
+    Beginning, MeetingPlaces, RivalSum, Roulette, RunningSum, Step,
     absorption::walked_transmittance,
     departure::{Departure, Rules},
 };
@@ -364,8 +364,9 @@ impl Subpath {
         };
         let connects = self.beginning.connects(j, [from.vertex.is_delta(), before_is_delta]);
         self.room[j].rivals = if self.rivals.has_merges() {
-            let is_seen = is_seen_by_specular(&self.steps()[..=j]);
-            let merges = self.rivals.meeting_places().admit(is_seen, from.vertex.is_delta());
+            let places = self.rivals.meeting_places();
+            let is_seen = places == MeetingPlaces::SeenBySpecular && is_seen_by_specular(&self.steps()[..=j]);
+            let merges = places.admit(is_seen, from.vertex.is_delta());
             self.rivals.next_merging(j, densities, connects, merges, before)
         } else {
             self.rivals.next(j, densities, connects, before)

@@ -5,7 +5,7 @@ use std::f64::consts::PI;
 use crate::{
     integrator::{Integrator, IntegratorKind},
     lanes::One,
-    path::{Path, Strategy, Technique},
+    path::{Path, Strategy, Technique, Techniques},
     scene::bsdf::Directions,
     scene::camera::Raster,
 };
@@ -76,12 +76,19 @@ impl Tables {
 
     fn share(&self, path: &Path, technique: Technique) -> Share {
         let table = self.own.techniques();
-        let count = f64::from(table.samples(technique));
-        let has = |(_, other): &&(IntegratorKind, Integrator)| other.techniques().samples(technique) > 0.0;
+        // A table may have merges elsewhere, and not of this path.
+        let has_it = |table: &Techniques| match technique {
+            Technique::Merged(strategy) => path.density_of_merging(strategy, table) > 0.0,
+            _ => true,
+        };
+        let count = if has_it(table) { f64::from(table.samples(technique)) } else { 0.0 };
+        let has = |(_, other): &&(IntegratorKind, Integrator)| {
+            other.techniques().samples(technique) > 0.0 && has_it(other.techniques())
+        };
         let elsewhere: Vec<_> = self.elsewhere.iter().filter(|_| count == 0.0).filter(has).collect();
         let count_elsewhere = elsewhere.first().map_or(0.0, |(_, x)| f64::from(x.techniques().samples(technique)));
         let tables = std::iter::once(&self.own).chain(elsewhere.iter().map(|(_, x)| x)).map(|x| x.techniques());
-        let merging = tables.filter_map(|x| Some((x, x.radius()?))).next();
+        let merging = tables.filter(|table| has_it(table)).filter_map(|x| Some((x, x.radius()?))).next();
         let merging = merging.filter(|_| matches!(technique, Technique::Merged(_)));
         let radius = merging.map(|(_, radius)| radius);
         let pdf = match technique {

@@ -37,7 +37,7 @@ fn the_image_is_that_of_the_integrator_it_names() {
     assert_eq!(code(&output), 0);
     let line = choice(&output).expect("what was chosen");
     let name = chosen(&line);
-    assert!(["path", "hybrid", "bdpt", "vcm"].contains(&name), "{line}");
+    assert!(["path", "hybrid", "bdpt", "bdpt-sds", "vcm"].contains(&name), "{line}");
     assert!(line.contains("for the same noise"), "{line}");
     let auto = fs::read(run.path("auto.exr")).unwrap();
     let named = run.image("by-name.exr", &[&["--spp", "3"], &by_name(&line)[..]].concat());
@@ -61,7 +61,12 @@ fn merging_is_chosen_where_it_is_needed_and_admitted() {
     };
     assert_eq!(chosen(&render(&[])), "vcm");
     let unbiased = render(&["--unbiased"]);
-    assert!(["path", "hybrid", "bdpt"].contains(&chosen(&unbiased)) && !unbiased.contains("vcm"), "{unbiased}");
+    assert!(
+        ["path", "hybrid", "bdpt"].contains(&chosen(&unbiased))
+            && !unbiased.contains("vcm")
+            && !unbiased.contains("sds"),
+        "{unbiased}"
+    );
 }
 
 #[test]

@@ -52,9 +52,16 @@ fn a_shard_is_resumed_as_an_image_is() {
 #[test]
 fn a_checkpoint_of_something_else_is_refused() {
     let run = Run::new();
-    run.image("a.exr", &["-q", "--spp", "4", "--checkpoint", "kept.exr"]);
+    run.image("a.exr", &["-q", "--spp", "4", "--checkpoint", "auto.exr"]);
     // A pilot that chooses another integrator because of what is other is no news.
-    let resume = |options: &[&str]| run.render(&[&["-q", "--resume", "kept.exr", "-o", "no.exr"], options].concat());
+    for (options, about) in [(["--max-depth", "5"], "max-depth"), (["--filter", "blackman-harris"], "filter")] {
+        refused(&run.render(&[&["-q", "--resume", "auto.exr", "-o", "no.exr"], &options[..]].concat()), 3, about);
+    }
+    run.image("a.exr", &["-q", "-i", "bdpt", "--spp", "4", "--checkpoint", "kept.exr"]);
+    let resume = |options: &[&str]| {
+        let integrator: &[&str] = if options.contains(&"-i") { &[] } else { &["-i", "bdpt"] };
+        run.render(&[&["-q", "--resume", "kept.exr", "-o", "no.exr"], integrator, options].concat())
+    };
     for (options, about) in [
         (&["--seed", "1"][..], "seed is '0' there, and seed is '1' here"),
         (&["-i", "light"], "integrator"),
@@ -75,7 +82,8 @@ fn a_checkpoint_of_something_else_is_refused() {
     }
     refused(&resume(&["--look-at", "0,1,4,0,1,0"]), 3, "camera");
     fs::write(run.path("t.gltf"), triangle("0.0")).unwrap();
-    let other = ["render", "t.gltf", "-q", "--width", "16", "--height", "12", "--resume", "kept.exr", "-o", "no.exr"];
+    let small = ["render", "t.gltf", "-q", "--width", "16", "--height", "12", "-i", "bdpt"];
+    let other = [&small[..], &["--resume", "kept.exr", "-o", "no.exr"]].concat();
     refused(&run.pathspace(&other), 3, "the scene has hash");
     for (name, contents) in
         [("empty.exr", &b""[..]), ("text.exr", b"hello"), ("cut.exr", &fs::read(run.path("kept.exr")).unwrap()[..2000])]

@@ -321,15 +321,15 @@ fn rough_surfaces() {
     }
 }
 
-/// Where glass goes in lanes, bodies keep apart; what a walk is in matters to those that do not go in lanes.
 #[test]
 fn layers_and_a_lamp_under_a_coat() {
     let scene = layered::room(SENSOR);
-    for integrator in [IntegratorKind::Path, IntegratorKind::Bdpt] {
+    for integrator in WAVES {
         assert_waves_do_not_matter("layers", &scene, &settings(integrator));
     }
 }
 
+/// Where glass goes in lanes, bodies keep apart; what a walk is in matters to those that do not go in lanes.
 #[test]
 fn a_camera_in_one_of_two_bodies() {
     let mut rough = Material::glass("rough", 1.7);

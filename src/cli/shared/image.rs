@@ -252,7 +252,7 @@ impl ImageArgs {
             ));
         }
         if self.merge_radius.is_some() && (!kind.merges() || self.unweighted) {
-            return none("merges no paths: --merge-radius is for -i vcm");
+            return none("merges no paths: --merge-radius is for -i bdpt-sds and vcm");
         }
         if self.rays.is_some() && !walks_from_camera {
             return none("has no rays at the first surface that --rays could count");
@@ -330,7 +330,8 @@ impl ImageArgs {
         let limit = self.size.memory_limit.0.saturating_sub(of_image).min(MOST_KEPT);
         // Light paths have numbers of 32 bits, too.
         let light_paths = integrator.techniques().light_paths();
-        let [paths, numbers] = [f64::from(light_paths.per_sample()), f64::from(light_paths.most())]
+        let merging = light_paths.per_sample() * integrator.techniques().merging_light_paths().per_sample();
+        let [paths, numbers] = [f64::from(merging), f64::from(light_paths.most())]
             .map(|of_pixel| (f64::from(scene.camera.sensor().pixels()) * of_pixel).ceil() as u64);
         if kept == 0 || (kept <= limit && numbers <= u64::from(u32::MAX)) {
             return Ok(());
