@@ -118,7 +118,7 @@ fn a_file_keeps_the_choice() {
     for (text, about) in [
         ("{", "holds no choice"),
         ("{}", "it names no 'integrator'"),
-        (r#"{ "integrator": "area" }"#, "'area' with 1 light paths is none of path, hybrid, bdpt, vcm"),
+        (r#"{ "integrator": "area" }"#, "'area' with 1 light paths is none of path, hybrid, bdpt, bdpt-sds, vcm"),
         (r#"{ "integrator": "path", "light_paths": "1/8" }"#, "'path' with 1/8 light paths is none of path"),
         (r#"{ "integrator": "vcm", "light_paths": [1] }"#, "light paths are 1 to 1024 for each pixel, or 1/N"),
         (r#"{ "integrator": "vcm", "light_paths": "8/8" }"#, "light paths are 1 to 1024 for each pixel, or 1/N"),

@@ -69,7 +69,7 @@ fn what_cannot_be_traced_is_refused_in_a_sentence() {
     refused(&trace(&run, &["--pixel", "-1,0"]), 2, "not such a number");
     refused(&trace(&run, &["--pixel", "1"]), 2, "two whole numbers");
     refused(&trace(&run, &[]), 2, "--pixel");
-    refused(&trace(&run, &["--pixel", "1,1", "-i", "path", "--merge-radius", "1"]), 2, "-i vcm");
+    refused(&trace(&run, &["--pixel", "1,1", "-i", "path", "--merge-radius", "1"]), 2, "-i bdpt-sds and vcm");
     refused(&trace(&run, &["--pixel", "1,1", "-i", "vcm", "--memory-limit", "1k"]), 2, "--memory-limit");
     refused(&run.pathspace(&["trace", "nothing.glb", "--pixel", "1,1"]), 3, "nothing.glb");
     assert!(run.files().is_empty());
