@@ -81,7 +81,8 @@ pub fn room(sensor: Sensor) -> Scene {
     g.add_sphere(v(-0.1, -0.85, -0.1), 0.12, MaterialId(7));
     coarse_sphere(&mut g, v(0.45, -0.5, -0.4), 0.35, 2);
     let sky = Light::Environment { radiance: Rgb::new(0.4, 0.5, 0.6) };
-    let camera = Camera::look_at(v(0.1, 0.3, 1.6), v(0.0, -0.4, -1.0), Vec3::Y, 0.9, sensor);
+    // The lamp is above the image: a sliver of a coat at a grazing angle is all outliers by light tracing.
+    let camera = Camera::look_at(v(0.1, 0.3, 1.6), v(0.0, -0.5, -1.0), Vec3::Y, 0.9, sensor);
     Scene::new(g, materials, &[sky], camera)
 }
 

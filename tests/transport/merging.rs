@@ -76,7 +76,7 @@ fn what_remains_as_the_radius_shrinks_is_the_image() {
         ("zoo with few light paths", scenes::zoo(sensor), 0.12, Kept::Rough, 0.02),
         ("cornell box", scenes::load("cornell-box", sensor), 0.03, Kept::Rough, 0.02),
         ("mirrors and glass of the zoo", scenes::zoo(sensor), 0.12, Kept::Caustics, 0.06),
-        ("mirrors of the zoo by bdpt-sds", scenes::zoo(sensor), 0.12, Kept::Mirrored, 0.06),
+        ("mirrors of the zoo by bdpt-sds", scenes::zoo(sensor), 0.12, Kept::Mirrored, 0.08),
     ];
     for (name, scene, radius, kept, visible) in cases {
         let integrator = if name.contains("sds") { IntegratorKind::BdptSds } else { IntegratorKind::Vcm };
