@@ -230,8 +230,8 @@ impl Lights {
         let lanes = point.alpha.lanes();
         if point.place != Place::Surface {
             let (position, w) = (point.position.all(), w.all());
-            let le = |k| self.le_off_surfaces(L::lane(&point.light, k), position[k], w[k]).to_array();
-            return Rgb::of(lanes.vectors(le));
+            let of = |k, id| self.get(id).le_off_surfaces(position[k], w[k]).to_array();
+            return Rgb::of(lanes.vectors(|k| L::lane(&point.light, k).map_or([0.0; 3], |id| of(k, id))));
         }
         let (front, zero) = (point.normal.dot(w), lanes.splat(0.0));
         let mut shines = zero.lt(front) & point.lies_on_light();
@@ -247,21 +247,6 @@ impl Lights {
             return Rgb::select(shines, point.emission.times(factor), black);
         }
         Rgb::select(shines, point.emission, black)
-    }
-
-    /// [`Self::le`] of what is no surface.
-    #[inline(always)]
-    fn le_off_surfaces(&self, light: Option<LightId>, position: [f32; 3], w: [f32; 3]) -> Rgb {
-        let Some(id) = light else { return Rgb::ZERO };
-        match self.get(id) {
-            Light::Area { .. } => Rgb::ZERO,
-            Light::Point { intensity, .. } => *intensity,
-            Light::Spot(spot) => spot.intensity_towards(w.into()),
-            Light::Goniometric(lamp) => lamp.intensity_towards(w.into()),
-            Light::Directional { irradiance, .. } => *irradiance,
-            Light::Environment { radiance } => *radiance,
-            Light::EnvironmentMap(map) => map.radiance(position.into()),
-        }
     }
 
     /// Whether a ray can meet the light at all; points, spots and suns are met with probability zero, and never seen.

@@ -67,6 +67,21 @@ pub enum Light {
 }
 
 impl Light {
+    /// What it emits in the unit direction `w` if it is no surface: see [`Lights::le`](super::Lights::le). `position` is
+    /// that of its point, for an environment the direction to it.
+    #[inline(always)]
+    pub(super) fn le_off_surfaces(&self, position: [f32; 3], w: [f32; 3]) -> Rgb {
+        match self {
+            Self::Area { .. } => Rgb::ZERO,
+            Self::Point { intensity, .. } => *intensity,
+            Self::Spot(spot) => spot.intensity_towards(w.into()),
+            Self::Goniometric(lamp) => lamp.intensity_towards(w.into()),
+            Self::Directional { irradiance, .. } => *irradiance,
+            Self::Environment { radiance } => *radiance,
+            Self::EnvironmentMap(map) => map.radiance(position.into()),
+        }
+    }
+
     /// Whether a ray can meet it: a surface or an environment, not a point, a spot or a sun.
     #[inline(always)]
     pub fn has_extent(&self) -> bool {
