@@ -46,6 +46,9 @@ const ENOUGH_PIXELS: f64 = 0.998;
 const DARK: f64 = 0.1;
 /// A simpler integrator is chosen if it needs so much more than the best at most: the pilot is no more exact.
 const AS_GOOD: f64 = 1.05;
+/// One that does not merge is chosen if it needs so much more than one that does at most: the pilot does not see the
+/// bias of merges.
+const UNBIASED: f64 = 1.2;
 /// A candidate that misses so much more of the light than another is none.
 const MISSED: f64 = 1e-3;
 
@@ -86,12 +89,20 @@ pub struct Choice {
 }
 
 impl Choice {
-    /// Of those that find all the light that any does: the first that is about as good as the best.
+    /// Of those that find all the light that any does: the first that is about as good as the best, or of those that do
+    /// not merge, if they are not much worse.
     fn among(estimates: Vec<Estimate>) -> Self {
         let least = estimates.iter().map(|x| x.missed).fold(f64::INFINITY, f64::min);
         let finds_all = |x: &Estimate| x.missed <= least + MISSED;
-        let best = estimates.iter().filter(|x| finds_all(x)).map(Estimate::needed).fold(f64::INFINITY, f64::min);
-        let is_good = |x: &Estimate| finds_all(x) && x.needed() <= AS_GOOD * best;
+        let least = |counts: fn(&Estimate) -> bool| {
+            let all = estimates.iter().filter(|x| finds_all(x) && counts(x));
+            all.map(Estimate::needed).fold(f64::INFINITY, f64::min)
+        };
+        let [best, unbiased] = [least(|_| true), least(|x| !x.candidate.integrator.merges())];
+        let may_merge = unbiased > UNBIASED * best;
+        let limit = AS_GOOD * if may_merge { best } else { unbiased };
+        let is_good =
+            |x: &Estimate| finds_all(x) && x.needed() <= limit && (may_merge || !x.candidate.integrator.merges());
         let chosen = estimates.iter().position(is_good).unwrap_or(estimates.len() - 1);
         Self { chosen, estimates }
     }

@@ -53,6 +53,9 @@ fn the_best_is_chosen_that_finds_all_light() {
     assert_eq!(chosen([4.0, 3.0, 2.0, 2.5], [0.0; 4]), bdpt);
     // As good as the best is good enough for a simpler one.
     assert_eq!(chosen([4.0, 2.05, 2.0, 2.5], [0.0; 4]), hybrid);
+    // What merges has to be worth its bias.
+    assert_eq!(chosen([4.0, 3.0, 2.0, 1.7], [0.0; 4]), bdpt);
+    assert_eq!(chosen([4.0, 2.05, 2.0, 1.6], [0.0; 4]), vcm);
     assert_eq!(chosen([1.0, 3.0, 2.0, 4.0], [0.02, 0.0, 0.0, 0.0]), bdpt);
     // If all miss something, those count that miss the least.
     assert_eq!(chosen([1.0, 3.0, 2.0, 4.0], [0.02, 0.02, 0.01, 0.01]), bdpt);
