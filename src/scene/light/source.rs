@@ -67,8 +67,8 @@ pub enum Light {
 }
 
 impl Light {
-    /// What it emits in the unit direction `w` if it is no surface: see [`Lights::le`](super::Lights::le). `position` is
-    /// that of its point, for an environment the direction to it.
+    /// What it emits in the unit direction `w` if it is no surface: see [`Lights::le`](super::Lights::le). `position`
+    /// is that of its point, for an environment the direction to it.
     #[inline(always)]
     pub(super) fn le_off_surfaces(&self, position: [f32; 3], w: [f32; 3]) -> Rgb {
         match self {
