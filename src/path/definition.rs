@@ -213,7 +213,7 @@ impl<'a> Path<'a> {
         camera_part * light_part
     }
 
-    /// The same for the subpaths of a table: zero where its [`MeetingPlaces`](super::MeetingPlaces) let nothing merge.
+    /// The same for the subpaths of a table: zero where its [`MeetingPlaces`] let nothing merge.
     pub fn density_of_merging(&self, strategy: Strategy, techniques: &Techniques) -> f64 {
         let (s, t) = (strategy.s as usize, strategy.t as usize);
         let is_seen = t >= 3 && self.vertices[1..t - 1].iter().all(Vertex::is_delta);
