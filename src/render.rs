@@ -61,6 +61,7 @@ pub struct Renderer<'a> {
     /// Whether waves can do this, and the lanes for them.
     waves_serve: bool,
     lanes: Instructions,
+    rooms: waves::Rooms,
     film: Film,
     /// Of a transparent background.
     alpha_sums: Option<AlphaSums>,
@@ -124,6 +125,7 @@ impl<'a> Renderer<'a> {
             merge_radius,
             waves_serve: integrator.makes_waves(scene, settings.sampler),
             lanes: waves::suitable(),
+            rooms: waves::Rooms::default(),
             integrator,
             film,
             alpha_sums,

@@ -14,7 +14,9 @@ from scenes import MAX_DEPTH, SCENES, SIDE, write_glb, write_ply
 HERE = os.path.dirname(os.path.abspath(__file__))
 # relMSE is the mean of (I − R)²/(R² + FLOOR) over pixels and channels; trimmed, without the worst TRIM of the pixels.
 FLOOR, TRIM = 0.01, 0.001
-OURS = [("pathspace", name) for name in ("path", "light", "hybrid", "bdpt", "vcm", "auto")]
+OURS = [("pathspace", name) for name in ("path", "light", "hybrid", "bdpt", "bdpt-sds", "vcm", "auto")]
+# What earlier builds of ours are asked for (`--before`).
+BEFORE = ("path", "light", "hybrid", "bdpt")
 PEERS = [("mitsuba", "path"), ("mitsuba", "ptracer"), ("luxcore", "path"), ("luxcore", "hybrid"), ("luxcore", "bidir"), ("luxcore", "vcm"), ("cycles", "path")]
 # Camera rays alone do not find the caustic of the small lamp, and no ray that light sends meets the lens of a camera that sees glass first.
 EXPOSED = {"indirect": 0.2}
@@ -26,6 +28,7 @@ class Bench:
     def __init__(self, arguments):
         self.a = arguments
         self.folder = arguments.folder
+        self.programs = dict(before.split("=", 1) for before in arguments.before) | {"pathspace": arguments.pathspace}
         os.makedirs(self.folder, exist_ok=True)
 
     def path(self, *names):
@@ -60,21 +63,21 @@ class Bench:
         noise = ((halves[0][0] - halves[1][0]) * exposure) ** 2 / 4
         return reference, noise, masks, exposure
 
-    def pathspace(self, glb, integrator, options, out):
-        command = [self.a.pathspace, "render", glb, "-i", integrator, "--width", str(SIDE), "--max-depth", str(MAX_DEPTH), "--filter", "box", "--threads", "2",
+    def pathspace(self, glb, integrator, options, out, renderer="pathspace"):
+        command = [self.programs[renderer], "render", glb, "-i", integrator, "--width", str(SIDE), "--max-depth", str(MAX_DEPTH), "--filter", "box", "--threads", "2",
                    "-q", *options, "-o", out]
         subprocess.run(command, check=True, stdout=subprocess.DEVNULL)
 
     def render(self, name, renderer, integrator, number):
         """An image with its seconds, samples per pixel and renderer's version."""
         out = self.path(f"{name}-{renderer}-{integrator}")
-        if renderer == "pathspace":
+        if renderer in self.programs:
             stats = out + ".json"
-            self.pathspace(self.path(f"{name}.glb"), integrator, ["--time", f"{self.a.seconds:g}s", "--seed", str(number), "--stats", stats], out + ".exr")
+            self.pathspace(self.path(f"{name}.glb"), integrator, ["--time", f"{self.a.seconds:g}s", "--seed", str(number), "--stats", stats], out + ".exr", renderer)
             with open(stats) as file:
                 facts = json.load(file)
             # The choice of `auto` is a part of what it takes.
-            return read(out + ".exr"), facts["seconds"]["render"] + facts["seconds"]["choose"], facts["spp"], facts.get("version", "this")
+            return read(out + ".exr"), facts["seconds"]["render"] + facts["seconds"].get("choose", 0.0), facts["spp"], facts.get("version", "this")
         python = os.environ.get("CYCLES_PYTHON", sys.executable) if renderer == "cycles" else sys.executable
         command = [python, f"{HERE}/render.py", renderer, integrator, name, self.path(name), str(self.a.seconds), str(number), out + ".npy"]
         done = subprocess.run(command, check=True, capture_output=True, text=True, timeout=60 + 10 * self.a.seconds)
@@ -130,12 +133,14 @@ def main():
     parser.add_argument("--only", default="", help="renderers, or renderer/integrator")
     parser.add_argument("--blocks", type=int, default=0, help="print the means of so many × so many blocks of each renderer's mean image")
     parser.add_argument("--pathspace", default="target/release/pathspace")
+    parser.add_argument("--before", action="append", default=[], metavar="NAME=FILE", help="an earlier build of pathspace as one more renderer")
     parser.add_argument("--folder", default="target/peers")
     parser.add_argument("--json", default="target/peers/results.json")
     a = parser.parse_args()
     bench = Bench(a)
     wanted = lambda r, i: not a.only or r in a.only.split(",") or f"{r}/{i}" in a.only.split(",")
-    contestants = [c for c in OURS + PEERS if wanted(*c) and (c[0] != "cycles" or "CYCLES_PYTHON" in os.environ)]
+    earlier = [(name, i) for name in bench.programs if name != "pathspace" for i in BEFORE]
+    contestants = [c for c in OURS + earlier + PEERS if wanted(*c) and (c[0] != "cycles" or "CYCLES_PYTHON" in os.environ)]
     results = []
     for name in a.scenes.split(","):
         reference, noise, masks, exposure = bench.prepare(name)

@@ -2,7 +2,7 @@
 //!
 //! The pilot is a small image of the whole scene. What is frequent in it is measured: every candidate renders it twice,
 //! and the two images differ by its noise (`frequent.rs`). What is too rare to be met in so few samples, such as the
-//! light that a path tracer finds through a glass once in ten thousand samples, is predicted from one pass with all
+//! light that a path tracer finds through a glass once in ten thousand samples, is predicted from a few passes with all
 //! techniques, by what each candidate would deposit for such a path (`rare.rs`). Work is counted and not timed
 //! ([`Work`]), so that the choice is a function of the scene, the settings and the seed alone.
 //!
@@ -39,9 +39,6 @@ const PART: f64 = 1.0 / 64.0;
 const PIXELS: [f64; 2] = [32.0 * 32.0, 64.0 * 64.0];
 /// Merges have the radius of this pass: the area within it is about the mean of 48 passes.
 const TYPICAL_PASS: u32 = 16;
-/// The part of the pixels that counts: the differences of two images of six samples each are uncertain, and the largest
-/// of them, 2 in 1,024, are left out. A caustic may be no more than a hundredth of the pixels.
-const ENOUGH_PIXELS: f64 = 0.998;
 /// What is much darker than this part of the image's mean is compared with it.
 const DARK: f64 = 0.1;
 /// A simpler integrator is chosen if it needs so much more than the best at most: the pilot is no more exact.
@@ -49,6 +46,9 @@ const AS_GOOD: f64 = 1.05;
 /// One that does not merge is chosen if it needs so much more than one that does at most: the pilot does not see the
 /// bias of merges.
 const UNBIASED: f64 = 1.2;
+/// The same where a scene disperses: a pass with merges has one wavelength for all pixels, and the pilot, which compares
+/// luminances, does not see the colours.
+const UNCOLORED: f64 = 1.5;
 /// A candidate that misses so much more of the light than another is none.
 const MISSED: f64 = 1e-3;
 
@@ -90,8 +90,8 @@ pub struct Choice {
 
 impl Choice {
     /// Of those that find all the light that any does: the first that is about as good as the best, or of those that do
-    /// not merge, if they are not much worse.
-    fn among(estimates: Vec<Estimate>) -> Self {
+    /// not merge, if they need no more than `margin` times as much.
+    fn among(estimates: Vec<Estimate>, margin: f64) -> Self {
         let least = estimates.iter().map(|x| x.missed).fold(f64::INFINITY, f64::min);
         let finds_all = |x: &Estimate| x.missed <= least + MISSED;
         let least = |counts: fn(&Estimate) -> bool| {
@@ -99,7 +99,7 @@ impl Choice {
             all.map(Estimate::needed).fold(f64::INFINITY, f64::min)
         };
         let [best, unbiased] = [least(|_| true), least(|x| !x.candidate.integrator.merges())];
-        let may_merge = unbiased > UNBIASED * best;
+        let may_merge = unbiased > margin * best;
         let limit = AS_GOOD * if may_merge { best } else { unbiased };
         let is_good =
             |x: &Estimate| finds_all(x) && x.needed() <= limit && (may_merge || !x.candidate.integrator.merges());
@@ -151,7 +151,8 @@ pub fn choose(
     scene.camera = camera.with_sensor(reduced(camera.sensor()));
     let estimates = estimates(scene, candidates, keep, (camera.sensor(), say));
     scene.camera = camera;
-    estimates.map(Choice::among)
+    let margin = if scene.disperses() { UNCOLORED } else { UNBIASED };
+    estimates.map(|estimates| Choice::among(estimates, margin))
 }
 
 /// The pilot's size.
@@ -203,16 +204,13 @@ fn estimates(
             // Nothing is as dark as what is black, in which there is no deviation either.
             squared / (brightness * brightness + dark * dark).max(f64::MIN_POSITIVE)
         };
-        let mut errors: Vec<_> = brightness.iter().enumerate().map(of_pixel).collect();
-        errors.sort_by(f64::total_cmp);
-        errors.truncate((ENOUGH_PIXELS * errors.len() as f64).ceil() as usize);
+        let error = brightness.iter().enumerate().map(of_pixel).sum::<f64>() / brightness.len() as f64;
         let (settings, merges) = (&candidates[candidate], measured.integrator.merges());
-        let kept =
-            settings.light_paths.per_sample() * measured.integrator.techniques().merging_light_paths().per_sample();
+        let kept = measured.integrator.techniques().merging_per_sample();
         let light_paths = f64::from(if merges { kept } else { 0.0 });
         Estimate {
             candidate: Candidate::of(settings),
-            error: errors.iter().sum::<f64>() / errors.len() as f64,
+            error,
             work: Work { kept_paths: light_paths * f64::from(image.pixels()), ..measured.work },
             missed: rare.missed(candidate),
         }

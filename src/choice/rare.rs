@@ -39,10 +39,13 @@ impl Bounds {
     }
 }
 
+/// With all techniques. In one alone, a caustic in a small pilot is so few finds that the seed would choose.
+const PASSES: u32 = 4;
+
 /// A candidate that cannot find so few of the paths may be unlucky: one merge can be a thousandth of all light.
 const FEW: u32 = 8;
 
-/// What one pass with all techniques tells.
+/// What passes with all techniques tell, in the mean.
 pub struct Rare {
     /// Of each candidate.
     pub(super) candidates: Vec<OfOne>,
@@ -96,7 +99,7 @@ impl Rare {
         (square - mean * (2.0 * clamped_mean + mean)).max(0.0)
     }
 
-    /// The pass has the settings of a candidate but for the integrator and the number of light subpaths.
+    /// The passes have the settings of a candidate but for the integrator and the number of light subpaths.
     pub fn predict(
         scene: &Scene,
         settings: &Settings,
@@ -121,8 +124,10 @@ impl Rare {
             .collect();
         let mut found = Self::nothing(candidates.len(), sensor);
         let setting = Setting { scene, sensor, own: own.techniques(), tables: &tables, bounds, keep };
-        for task in renderer.pass_into(|| Tally { setting, found: Self::nothing(candidates.len(), sensor) }) {
-            found.add(&task.found);
+        for _ in 0..PASSES {
+            for task in renderer.pass_into(|| Tally { setting, found: Self::nothing(candidates.len(), sensor) }) {
+                found.add(&task.found);
+            }
         }
         found
     }
@@ -176,11 +181,12 @@ impl Collector for Tally<'_> {
         }
         let pixel = (y as u32 * sensor.width + x as u32) as usize;
         // Of a dispersed path channels may be negative: its size is what counts.
-        let light = f64::from(luminance(value).abs());
+        let deposit = f64::from(luminance(value).abs());
+        let light = deposit / f64::from(PASSES);
         // F/(n p), over the survival of roulette.
         let single = f64::from(luminance(path.contribution()).abs() / own.samples(technique));
         // The measured images are clamped channel by channel.
-        let bounds = bounds.by(light / f64::from(value.abs().max_element()));
+        let bounds = bounds.by(deposit / f64::from(value.abs().max_element()));
         self.found.light += light;
         for (of_one, (table, heuristic)) in self.found.candidates.iter_mut().zip(tables) {
             let relative = relative_deposit(path, technique, own, table, *heuristic);

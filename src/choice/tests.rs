@@ -47,7 +47,8 @@ fn the_best_is_chosen_that_finds_all_light() {
     let [path, hybrid, bdpt, _, _, vcm] = CANDIDATES;
     let chosen = |errors: [f64; 4], missed: [f64; 4]| {
         let all = [path, hybrid, bdpt, vcm].into_iter().zip(errors).zip(missed);
-        Choice::among(all.map(|((one, error), missed)| estimate(one, error, missed)).collect()).candidate()
+        let all = all.map(|((one, error), missed)| estimate(one, error, missed)).collect();
+        Choice::among(all, UNBIASED).candidate()
     };
     assert_eq!(chosen([4.0, 3.0, 2.0, 1.0], [0.0; 4]), vcm);
     assert_eq!(chosen([4.0, 3.0, 2.0, 2.5], [0.0; 4]), bdpt);
@@ -69,7 +70,7 @@ fn the_best_is_chosen_that_finds_all_light() {
 fn a_choice_says_what_the_others_lack() {
     let [path, hybrid, bdpt, _, few, _] = CANDIDATES;
     let errors = [(path, 1.0, 0.25), (hybrid, 6.0, 0.0), (bdpt, 2.0, 0.0), (few, 3.0, 0.0)];
-    let choice = Choice::among(errors.map(|(one, error, missed)| estimate(one, error, missed)).into());
+    let choice = Choice::among(errors.map(|(one, error, missed)| estimate(one, error, missed)).into(), UNBIASED);
     assert_eq!(choice.candidate(), bdpt);
     assert_eq!(
         choice.reason(),

@@ -119,9 +119,7 @@ impl Integrator {
             steps.iter().skip(fewest - 1).filter(|step| step.vertex.point.bsdf.has_continuous()).count()
         };
         let of_a_path = if self.merges() { self.mean_of_a_path(scene, ends) } else { 0.0 };
-        let table = &self.evaluated;
-        let of_a_sample = table.light_paths().per_sample() * table.merging_light_paths().per_sample();
-        let paths = f64::from(scene.camera.sensor().pixels()) * f64::from(of_a_sample);
+        let paths = f64::from(scene.camera.sensor().pixels()) * f64::from(self.evaluated.merging_per_sample());
         (paths * f64::from(of_a_path)) as u64 * BYTES_OF_A_LIGHT_VERTEX
     }
 

@@ -204,6 +204,12 @@ impl Techniques {
         self.merging_light_paths
     }
 
+    /// How many light subpaths that merge go with a sample in the mean, if any do.
+    #[inline]
+    pub fn merging_per_sample(&self) -> f32 {
+        self.light_paths.per_sample() * self.merging_light_paths.per_sample()
+    }
+
     /// At which vertices subpaths merge, if they do.
     #[inline]
     pub fn meeting_places(&self) -> MeetingPlaces {
@@ -248,8 +254,7 @@ impl Techniques {
             return 0.0;
         }
         let splits = if t == 2 { 1 } else { self.splits };
-        let light_paths = self.light_paths.per_sample() * self.merging_light_paths.per_sample();
-        (self.camera_subpaths as f32 * splits as f32) * (self.light_subpaths as f32 * light_paths)
+        (self.camera_subpaths as f32 * splits as f32) * (self.light_subpaths as f32 * self.merging_per_sample())
     }
 
     /// What the density of (s,t) is to be multiplied by, beside l_{t−1}, for that of the merge at p_{t−1} times its

@@ -1,5 +1,10 @@
 //! Passes in waves: many paths at once, in as many lanes as the processor has.
 
+use std::{
+    mem,
+    sync::{Mutex, PoisonError},
+};
+
 use rayon::prelude::*;
 
 use super::{
@@ -84,7 +89,8 @@ impl<'a> Renderer<'a> {
     fn sweep_in_waves(&self, (lanes, half): (Instructions, Half), sweep: Sweep<'_>) -> Vec<Vec<Record>> {
         let image = PaddedImage { sensor: self.scene.camera.sensor(), side: PaddedImage::TILE_OF_WAVES };
         let from_camera = self.integrator.walks_from_camera() && !matches!(sweep, Sweep::Light);
-        let tile = |(starts, wave, sums): &mut (Starts, Wave, TileSums), tile| {
+        let tile = |Borrowed { room, .. }: &mut Borrowed<'_>, tile| {
+            let Room { starts, wave, sums } = room;
             if from_camera {
                 sums.start(image.corner(tile), image.side);
             }
@@ -119,7 +125,38 @@ impl<'a> Renderer<'a> {
             }
             wave.take_kept()
         };
-        image.tiles().into_par_iter().map_init(Default::default, tile).collect()
+        image.tiles().into_par_iter().map_init(|| self.rooms.borrow(), tile).collect()
+    }
+}
+
+/// What the wave of a tile works in.
+#[derive(Default)]
+struct Room {
+    starts: Starts,
+    wave: Wave,
+    sums: TileSums,
+}
+
+/// Rooms in which nobody works: they serve all passes, since to make one takes about as long as to render a tile in it.
+#[derive(Default)]
+pub(super) struct Rooms(Mutex<Vec<Room>>);
+
+impl Rooms {
+    fn borrow(&self) -> Borrowed<'_> {
+        let free = self.0.lock().unwrap_or_else(PoisonError::into_inner).pop();
+        Borrowed { rooms: self, room: free.unwrap_or_default() }
+    }
+}
+
+/// A room until it is given back.
+struct Borrowed<'a> {
+    rooms: &'a Rooms,
+    room: Room,
+}
+
+impl Drop for Borrowed<'_> {
+    fn drop(&mut self) {
+        self.rooms.0.lock().unwrap_or_else(PoisonError::into_inner).push(mem::take(&mut self.room));
     }
 }
 

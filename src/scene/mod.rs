@@ -410,6 +410,7 @@ impl Scene {
         })
     }
 
+    #[inline(always)]
     fn records(&self) -> &Records {
         // Made outside of the cell: a thread that waits for its helpers takes up other work, which may come here too.
         let new = || Records::new(&self.geometry, &self.materials, &self.light_of, &self.lights, self.media());

@@ -32,6 +32,8 @@ pub(super) struct Records {
     /// The colour, the emission and F0; in the last place of each four the kind's number, the index of refraction and
     /// F90; then α and the fraction of metal.
     materials: Vec<Record>,
+    /// A bit for each kind that a plain triangle has.
+    kinds: u32,
     lights: Option<FewLights>,
 }
 
@@ -104,6 +106,12 @@ impl Scene {
             return PlainPoints::nowhere(lanes);
         }
         records.points(lanes, which, index, b)
+    }
+
+    /// The kinds that plain points may have: a bit for each, by its number.
+    #[inline(always)]
+    pub(crate) fn plain_kinds(&self) -> u32 {
+        self.records().kinds
     }
 
     /// Points of lights that were chosen for next-event estimates from `from`, and their densities, as
@@ -326,6 +334,7 @@ impl Records {
             triangles: (0..count).into_par_iter().map(triangle).collect(),
             normals: smooth.par_iter().map(normals).collect(),
             materials: materials.iter().map(material).collect(),
+            kinds: materials.iter().filter(|m| is_plain(m)).filter_map(|m| Kind::of(&m.bsdf)).fold(0, Kind::in_set),
             lights: None,
         };
         records.lights = FewLights::new(lights, &records);

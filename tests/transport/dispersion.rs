@@ -7,7 +7,7 @@ use pathspace::{
     film::Image,
     integrator::{
         Integrator,
-        IntegratorKind::{self, Area, Bdpt, Hybrid, Light as LightTracing, Path, Vcm},
+        IntegratorKind::{self, Area, Bdpt, BdptSds, Hybrid, Light as LightTracing, Path, Vcm},
     },
     math::Rgb,
     path::{Densities, JoinedPath, Technique},
@@ -154,7 +154,7 @@ fn strategies_and_merges_agree_on_rainbows() {
     let [path, bdpt, light, rest] = [of(Path, 0), of(Bdpt, 0), of(LightTracing, 0), of(Path, 1)];
     let shared = change(of(Bdpt, 2), |x| x.light_vertices = Some(4));
     // So narrow that what merges misses is far less than what is visible.
-    let vcm = change(of(Vcm, 0), |x| x.merge_radius = Some(0.01));
+    let [vcm, sds] = [Vcm, BdptSds].map(|kind| change(of(kind, 0), |x| x.merge_radius = Some(0.01)));
     let mut runs = vec![
         Run::new(&scene, &bdpt, "bdpt", &scattered),
         Run::new(&scene, &path, "path", &scattered),
@@ -162,8 +162,9 @@ fn strategies_and_merges_agree_on_rainbows() {
         Run::new(&scene, &vcm, "vcm", &scattered),
         Run::new(&scene, &light, "light", &scattered),
         Run::new(&scene, &rest, "uncovered", &uncovered),
+        Run::new(&scene, &sds, "bdpt-sds", &scattered),
     ];
-    let pairs = [[vec![0], vec![1]], [vec![0], vec![2]], [vec![0], vec![3]], [vec![0], vec![4, 5]]];
+    let pairs = [vec![1], vec![2], vec![3], vec![4, 5], vec![6]].map(|other| [vec![0], other]);
     agreement::assert_agree("dispersion", 0.02, &mut runs, &pairs);
 }
 
@@ -222,14 +223,17 @@ fn what_can_be_joined_has_one_wavelength() {
         (0..passes).map(of_pass).collect()
     };
     let base = Settings { max_depth: 4, ..Settings::new(scene.camera.sensor()) };
-    let merging = wavelengths(&Settings { integrator: Vcm, ..base.clone() }, 16);
-    assert!(merging.iter().all(|pass| pass.len() == 1), "{merging:?}");
-    for half in 0..2 {
-        let mut parts: Vec<_> = (merging.iter().skip(half).step_by(2))
-            .map(|pass| (1..8).filter(|i| f32::from_bits(pass[0]) >= quantile(*i as f32 / 8.0)).count())
-            .collect();
-        parts.sort_unstable();
-        assert_eq!(parts, (0..8).collect::<Vec<_>>(), "the passes of half {half} leave parts of the spectrum out");
+    for integrator in [BdptSds, Vcm] {
+        let merging = wavelengths(&Settings { integrator, ..base.clone() }, 16);
+        assert!(merging.iter().all(|pass| pass.len() == 1), "{integrator}: {merging:?}");
+        for half in 0..2 {
+            let mut parts: Vec<_> = (merging.iter().skip(half).step_by(2))
+                .map(|pass| (1..8).filter(|i| f32::from_bits(pass[0]) >= quantile(*i as f32 / 8.0)).count())
+                .collect();
+            parts.sort_unstable();
+            let all: Vec<_> = (0..8).collect();
+            assert_eq!(parts, all, "{integrator}: the passes of half {half} leave parts of the spectrum out");
+        }
     }
     // Two rows of tiles of 16 pixels.
     let tiles = wavelengths(&Settings { integrator: Bdpt, light_vertices: Some(2), ..base.clone() }, 2);

@@ -186,17 +186,21 @@ fn chosen_light_vertices_are_the_same_in_a_crop() {
     let scene = scenes::zoo(scenes::square(32, Filter::Box));
     let sensor = scene.camera.sensor();
     let crop = Crop { x0: 5, y0: 3, x1: 21, y1: 11 };
-    let image = |crop| {
-        let settings = Settings { light_vertices: Some(2), max_depth: 5, crop, ..Settings::new(sensor) };
-        let mut renderer = Renderer::new(&scene, &settings);
+    let image = |integrator, crop| {
+        let base = Settings { integrator, max_depth: 5, crop, ..Settings::new(sensor) };
+        let mut renderer = Renderer::new(&scene, &Settings { light_vertices: Some(2), ..base });
         (0..2).for_each(|_| renderer.pass());
         renderer.film().image(2)
     };
-    let (whole, part) = (image(Crop::full(sensor)), image(crop));
-    for y in crop.y0..crop.y1 {
-        for x in crop.x0..crop.x1 {
-            let at = ((y - crop.y0) * (crop.x1 - crop.x0) + x - crop.x0) as usize;
-            assert_eq!(part.pixels[at], whole.pixels[(y * sensor.width + x) as usize], "pixel {x} {y}");
+    // The other one has light vertices for merges, too, of the whole image.
+    for integrator in [IntegratorKind::Bdpt, IntegratorKind::BdptSds] {
+        let (whole, part) = (image(integrator, Crop::full(sensor)), image(integrator, crop));
+        for y in crop.y0..crop.y1 {
+            for x in crop.x0..crop.x1 {
+                let at = ((y - crop.y0) * (crop.x1 - crop.x0) + x - crop.x0) as usize;
+                let there = whole.pixels[(y * sensor.width + x) as usize];
+                assert_eq!(part.pixels[at], there, "pixel {x} {y} by {integrator}");
+            }
         }
     }
 }

@@ -161,10 +161,10 @@ pub fn with_renderer<R>(
     let lights = args.image.paths.lights.unwrap_or_else(|| candidates[0].integrator.choice_among(scene.lights()));
     let mut scene = scene.choosing_lights(lights);
     check_light_samples(&scene, &settings)?;
+    phases.end("build");
     let kept = args.image.kept(&scene)?;
     let task = Task { image: &args.image, candidates, crop, hash: &scene_hash, of_image, kept: kept.as_ref() };
     let Chosen { settings, reason, estimates } = listening(pool, |say| task.choose(&mut scene, terminal, say), hear)?;
-    phases.end("choose");
     let keep = |path: &JoinedPath| kept.as_ref().is_none_or(|(_, kept)| kept.holds(&scene, path));
     let paths = kept.as_ref().map(|(text, _)| text.clone());
     let merging = settings.integrator.merges().then(|| MergeRadius::of(&scene, settings.merge_radius));
@@ -186,7 +186,8 @@ pub fn with_renderer<R>(
     foretell(&job, &scene, args.image.max_depth(), terminal);
 
     let renderer = pool.install(|| Renderer::new(&scene, &settings));
-    phases.end("build");
+    // The pilot of weights is among what is made with the renderer.
+    phases.end("choose");
     args.image.check_light_vertices((settings.integrator, renderer.integrator()), &scene, of_image)?;
     let recorded = recorded(args, &job, &scene, reason);
     let pixels = renderer.film().crop().pixels();

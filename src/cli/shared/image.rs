@@ -329,9 +329,8 @@ impl ImageArgs {
         let kept = integrator.kept_memory(scene);
         let limit = self.size.memory_limit.0.saturating_sub(of_image).min(MOST_KEPT);
         // Light paths have numbers of 32 bits, too.
-        let light_paths = integrator.techniques().light_paths();
-        let merging = light_paths.per_sample() * integrator.techniques().merging_light_paths().per_sample();
-        let [paths, numbers] = [f64::from(merging), f64::from(light_paths.most())]
+        let table = integrator.techniques();
+        let [paths, numbers] = [f64::from(table.merging_per_sample()), f64::from(table.light_paths().most())]
             .map(|of_pixel| (f64::from(scene.camera.sensor().pixels()) * of_pixel).ceil() as u64);
         if kept == 0 || (kept <= limit && numbers <= u64::from(u32::MAX)) {
             return Ok(());

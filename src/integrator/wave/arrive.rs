@@ -35,21 +35,28 @@ enum Group {
 const KINDS: usize = Kind::ALL.len();
 
 impl Group {
-    const ALL: [Self; 2 * KINDS + 2] = {
-        let mut all = [Self::Sky; 2 * KINDS + 2];
-        let mut i = 0;
-        while i < KINDS {
-            all[i] = Self::Plain(Kind::ALL[i]);
-            all[KINDS + i] = Self::Others(i);
-            i += 1;
+    const SKY: usize = 2 * KINDS + 1;
+
+    /// All of them, by a number: a set of groups has a bit for each.
+    #[inline(always)]
+    fn of_number(n: usize) -> Self {
+        match n {
+            Self::SKY => Self::Sky,
+            n if n < KINDS => Self::Plain(Kind::ALL[n]),
+            n => Self::Others(n - KINDS),
         }
-        all[2 * KINDS] = Self::Others(KINDS);
-        all
-    };
+    }
 }
 
 /// In which lanes surfaces have a BSDF of each kind, and last in which of none: a bit for each lane.
 type Others = [u32; KINDS + 1];
+
+/// The numbers of the groups that there may be, as a set of bits, among `plain` points of some kinds and among others.
+#[inline(always)]
+fn groups(plain: u32, others: &Others, sees_sky: bool) -> u32 {
+    let set = |kind: usize| u32::from(others[kind] != 0) << (KINDS + kind);
+    plain | (0..=KINDS).map(set).sum::<u32>() | u32::from(sees_sky) << Group::SKY
+}
 
 /// Where the walks of the lanes `which` of the group from the `at`-th on come to; and in which lanes there is a
 /// surface.
@@ -97,9 +104,9 @@ impl Integrator {
             let (which_others, some) = come_to_others(scene, walks, (i, met & !plain.which), hits, queues);
             met = plain.which | lanes.mask(some);
             // One call for all: each would be a copy of what it does.
-            for group in Group::ALL {
+            for n in Set::of_bits(groups(scene.plain_kinds(), &which_others, sees_sky(stage))) {
                 let other;
-                let (which, point) = match group {
+                let (which, point) = match Group::of_number(n) {
                     Group::Plain(kind) => {
                         let which = plain.of_kind(kind);
                         if !which.any() {
@@ -113,15 +120,12 @@ impl Integrator {
                     }
                     Group::Others(kind) => {
                         let which = lanes.mask(which_others[kind]);
-                        if !which.any() {
-                            continue;
-                        }
                         other = Point::of_each(lanes, which, Place::Surface, |k| &queues.arrived.0[k]);
                         (which, &other)
                     }
                     Group::Sky => {
                         let which = all & !met;
-                        if !sees_sky(stage) || !which.any() {
+                        if !which.any() {
                             continue;
                         }
                         walks.leave_each(scene, i, which, &mut queues.points.0);

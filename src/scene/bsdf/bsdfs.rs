@@ -44,6 +44,11 @@ impl Kind {
         }
     }
 
+    /// A set of kinds with this one: a bit for each, by its number.
+    pub fn in_set(set: u32, kind: Self) -> u32 {
+        set | 1 << kind as u32
+    }
+
     /// Whether light may pass such surfaces.
     #[inline(always)]
     pub fn transmits(self) -> bool {

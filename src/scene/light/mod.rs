@@ -100,6 +100,8 @@ pub struct Lights {
     environment: Option<LightId>,
     /// [`Self::pdf_position`] of every light that has the same everywhere; NaN of any other.
     even: Vec<f32>,
+    /// Which sides of all lights emit, if all have an area and the same sides do.
+    sides: Option<EmissionSides>,
     /// A sphere that contains the scene, from whose silhouette infinite lights shine. Its radius is positive.
     center: Vec3,
     radius: f32,
@@ -129,8 +131,9 @@ impl Lights {
             None => (Vec3::ZERO, 1.0),
         };
         let choice = Discrete::default();
+        let (even, sides) = (Vec::new(), EmissionSides::of_all(&lights));
         let mut result =
-            Self { lights, choice, next_event: NextEvent::Power, environment, even: Vec::new(), center, radius };
+            Self { lights, choice, next_event: NextEvent::Power, environment, even, sides, center, radius };
         let powers: Vec<_> = result.lights.iter().map(|l| (l.family(), result.power(l))).collect();
         result.choice = choice::by_kind_and_power(&powers);
         let even = |(i, light): (usize, &Light)| match light {
@@ -372,8 +375,15 @@ impl Lights {
     /// The density with which emission from `point` takes the unit direction `w`, given `point`.
     #[inline(always)]
     pub fn pdf_direction<L: Lanes, B>(&self, point: &Point<L, B>, w: L::V) -> PdfSolidAngle<L::F> {
-        let (cos, w) = (point.normal.dot(w).all(), w.all());
-        PdfSolidAngle(point.alpha.lanes().numbers(|k| match L::lane(&point.light, k) {
+        let (lanes, cos) = (point.alpha.lanes(), point.normal.dot(w));
+        if let Some(sides) = self.sides {
+            // No lane has to ask its light.
+            let both = if sides == EmissionSides::Both { u32::MAX } else { 0 };
+            let pdf = pdf_of_emitted(lanes.mask(both), cos);
+            return PdfSolidAngle(point.lies_on_light().select(pdf, lanes.splat(0.0)));
+        }
+        let (cos, w) = (cos.all(), w.all());
+        PdfSolidAngle(lanes.numbers(|k| match L::lane(&point.light, k) {
             Some(id) => self.pdf_direction_of(id, cos[k], w[k]),
             None => 0.0,
         }))

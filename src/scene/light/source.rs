@@ -159,6 +159,13 @@ pub(super) fn at_infinity(w: Vec3, id: LightId) -> Point {
 }
 
 impl EmissionSides {
+    /// Those of all the lights, if all have an area and the same sides of it emit.
+    pub(super) fn of_all(lights: &[Light]) -> Option<Self> {
+        let sides = |light: &Light| if let Light::Area { sides, .. } = light { Some(*sides) } else { None };
+        let first = sides(lights.first()?)?;
+        lights.iter().all(|light| sides(light) == Some(first)).then_some(first)
+    }
+
     /// How many sides emit.
     pub(super) fn count(self) -> f32 {
         match self {
