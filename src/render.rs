@@ -344,6 +344,7 @@ impl<'a> Renderer<'a> {
     }
 
     /// What the light subpaths of a pixel are for, where they are its own.
+    #[inline]
     fn light_stage(&self, pixel: Pixel, sweep: Sweep<'_>) -> LightStage {
         let sensor = self.scene.camera.sensor();
         let connects = if self.serves_crop(pixel) { Connects::Yes } else { Connects::No };

@@ -30,12 +30,14 @@ pub struct Measured {
 impl Measured {
     /// Renders twice with contributions clamped to `common`.
     pub fn new(scene: &Scene, settings: &Settings, common: f64, keep: Option<&Keep<'_>>) -> Self {
-        let [a, b] = [1, 2].map(|image| {
+        let image = |number: u64| {
             // Any seeds but the image's would do.
-            let seed = settings.seed ^ u64::wrapping_mul(image, 0xd134_2543_de82_ef95);
+            let seed = settings.seed ^ number.wrapping_mul(0xd134_2543_de82_ef95);
             let settings = Settings { seed, clamp: Some(common as f32), ..settings.clone() };
             rendered(scene, &settings, PASSES, keep)
-        });
+        };
+        // A pilot of one tile would leave all threads but one idle.
+        let (a, b) = rayon::join(|| image(1), || image(2));
         Self { integrator: a.integrator, work: a.work, images: [a.image, b.image] }
     }
 

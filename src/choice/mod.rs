@@ -46,8 +46,8 @@ const AS_GOOD: f64 = 1.05;
 /// One that does not merge is chosen if it needs so much more than one that does at most: the pilot does not see the
 /// bias of merges.
 const UNBIASED: f64 = 1.2;
-/// The same where a scene disperses: a pass with merges has one wavelength for all pixels, and the pilot, which compares
-/// luminances, does not see the colours.
+/// The same where a scene disperses: a pass with merges has one wavelength for all pixels, and the pilot compares
+/// luminances, in which its colours do not show.
 const UNCOLORED: f64 = 1.5;
 /// A candidate that misses so much more of the light than another is none.
 const MISSED: f64 = 1e-3;

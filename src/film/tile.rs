@@ -1,6 +1,6 @@
 //! Sums of one task: what it adds again and again to its own pixels, before all of it goes to the film at once.
 
-use super::{Film, Half};
+use super::{Film, Half, plane::Plane};
 use crate::{math::Rgb, sampling::Filter, scene::camera::Raster};
 
 /// Words of a square of pixels that one thread adds to alone: no other thread waits for them, nor they for memory.
@@ -16,7 +16,7 @@ impl TileSums {
     /// Empty sums for a square of pixels of the image.
     pub fn start(&mut self, corner: [i32; 2], side: u32) {
         (self.corner, self.side) = (corner.map(i64::from), side.into());
-        self.words.clear();
+        // Those of the tile before have been flushed.
         self.words.resize((side * side) as usize, [0; 3]);
     }
 
@@ -29,9 +29,7 @@ impl TileSums {
         if film.filter == Filter::Box && within && value.is_finite() {
             let [r, g, b] = value.to_array();
             let word = &mut self.words[(y * self.side + x) as usize];
-            // A black channel adds nothing.
-            let quanta = |x: f32| if x == 0.0 { Some(0) } else { plane.quanta(x) };
-            if let (Some(r), Some(g), Some(b)) = (quanta(r), quanta(g), quanta(b))
+            if let (Some(r), Some(g), Some(b)) = (quanta(plane, r), quanta(plane, g), quanta(plane, b))
                 && let (Some(r), Some(g), Some(b)) =
                     (word[0].checked_add(r), word[1].checked_add(g), word[2].checked_add(b))
             {
@@ -57,4 +55,10 @@ impl TileSums {
             }
         }
     }
+}
+
+/// A black channel adds nothing.
+#[inline(always)]
+fn quanta(plane: &Plane, x: f32) -> Option<i64> {
+    if x == 0.0 { Some(0) } else { plane.quanta(x) }
 }

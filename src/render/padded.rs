@@ -53,15 +53,19 @@ impl PaddedImage {
     }
 
     /// The same, square by square, so that the rays of neighbouring lanes stay together.
-    pub(super) fn tile_in_squares(self, tile: u32) -> impl Iterator<Item = Pixel> {
+    #[inline(always)]
+    pub(super) fn each_in_squares(self, tile: u32, mut visit: impl FnMut(Pixel)) {
         const SIDE: u32 = 4;
         let [[x0, x1], [y0, y1]] = self.extent(tile);
-        let squares =
-            (y0..y1).step_by(SIDE as usize).flat_map(move |y| (x0..x1).step_by(SIDE as usize).map(move |x| (x, y)));
-        squares.flat_map(move |(left, upper)| {
-            let rows = upper..(upper + SIDE).min(y1);
-            rows.flat_map(move |y| (left..(left + SIDE).min(x1)).map(move |x| self.pixel(x, y)))
-        })
+        for upper in (y0..y1).step_by(SIDE as usize) {
+            for left in (x0..x1).step_by(SIDE as usize) {
+                for y in upper..(upper + SIDE).min(y1) {
+                    for x in left..(left + SIDE).min(x1) {
+                        visit(self.pixel(x, y));
+                    }
+                }
+            }
+        }
     }
 
     /// The upper left pixel of a tile.

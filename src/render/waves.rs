@@ -96,11 +96,11 @@ impl<'a> Renderer<'a> {
             }
             starts.clear();
             let mut done = Statistics::default();
-            for pixel in image.tile_in_squares(tile) {
+            image.each_in_squares(tile, |pixel| {
                 let stage = self.light_stage(pixel, sweep);
                 done.samples += u64::from(stage.connects == Connects::Yes);
                 starts.push(pixel.corner(), pixel.key(), stage);
-            }
+            });
             let mut sink = TaskSink {
                 renderer: self,
                 done,

@@ -31,6 +31,8 @@ pub struct Found {
     pub kind: IntegratorKind,
     /// Its independent replicates: one for each pass.
     pub passes: Vec<Pass>,
+    /// As many of what merges, within twice the radius.
+    pub(super) wide: Vec<Pass>,
     /// Time spent.
     pub elapsed: Duration,
     /// Samples, rays and contributions that are no number.
@@ -46,6 +48,7 @@ impl Found {
         Self {
             kind,
             passes: Vec::new(),
+            wide: Vec::new(),
             elapsed: Duration::ZERO,
             statistics: Statistics::default(),
             sizes: Sizes::new(integrators),
@@ -58,6 +61,7 @@ impl Found {
     pub(super) fn merge(&mut self, other: Self) {
         other.passes.iter().for_each(|pass| self.scattered.add(scattered(pass)));
         self.passes.extend(other.passes);
+        self.wide.extend(other.wide);
         self.elapsed += other.elapsed;
         self.statistics.add(&other.statistics);
         self.sizes.add(&other.sizes);
@@ -105,11 +109,16 @@ pub(super) fn sample(
     budget: Budget,
     progress: &mut dyn FnMut(f64) -> ControlFlow<()>,
 ) {
-    let mut renderers: Vec<_> = settings.iter().map(|settings| Renderer::new(scene, settings)).collect();
+    let wide: Vec<_> = settings.iter().map(wide).collect();
+    let renderers = settings.iter().zip(&wide).map(|(own, wide)| Renderers {
+        own: Renderer::new(scene, own),
+        wide: wide.as_ref().map(|wide| Renderer::new(scene, wide)),
+    });
+    let mut renderers: Vec<_> = renderers.collect();
     let start = Instant::now();
     let spent: Vec<_> = found.iter().map(|f| f.elapsed).collect();
     loop {
-        let done = |i: usize| renderers[i].passes() as usize;
+        let done = |i: usize| renderers[i].own.passes() as usize;
         let all = 0..found.len();
         let (next, part) = match budget {
             Budget::Passes(goal) => {
@@ -135,17 +144,36 @@ pub(super) fn sample(
         let Some(next) = next.filter(|_| (part < 1.0 && !ended) || said_nothing) else { break };
         pass(setting, &mut renderers[next], &films[next], &mut found[next], next);
     }
-    for (found, renderer) in found.iter_mut().zip(&renderers) {
-        found.statistics.add(&renderer.statistics());
+    for (found, Renderers { own, wide }) in found.iter_mut().zip(&renderers) {
+        found.statistics.add(&own.statistics());
+        wide.iter().for_each(|wide| found.statistics.add(&wide.statistics()));
     }
 }
 
-fn pass(setting: &Setting, renderer: &mut Renderer<'_>, films: &Films, found: &mut Found, own: usize) {
+/// What renders for an integrator.
+struct Renderers<'a> {
+    own: Renderer<'a>,
+    /// Of what merges.
+    wide: Option<Renderer<'a>>,
+}
+
+/// The settings of what merges, with twice the radius.
+fn wide(settings: &Settings) -> Option<Settings> {
+    let merge_radius = settings.merge_radius.map(|radius| 2.0 * radius);
+    // Any seed but those of all integrators would do.
+    let seed = !settings.seed;
+    settings.integrator.merges().then(|| Settings { merge_radius, seed, ..settings.clone() })
+}
+
+fn pass(setting: &Setting, renderers: &mut Renderers<'_>, films: &Films, found: &mut Found, own: usize) {
     let start = Instant::now();
     let number = found.passes.len();
     let look = if number.is_multiple_of(LOOK_EVERY) { Look::Sizes } else { Look::Sums };
     let half = Half::of_pass(number as u32);
-    let (pass, sizes) = Tally::sum(renderer.pass_into(|| Tally::new(setting, own, films, half, look)));
+    let (pass, sizes) = Tally::sum(renderers.own.pass_into(|| Tally::new(setting, own, Some(films), half, look)));
+    if let Some(wide) = &mut renderers.wide {
+        found.wide.push(Tally::sum(wide.pass_into(|| Tally::new(setting, own, None, half, Look::Sums))).0);
+    }
     if let Some(sizes) = sizes {
         found.sizes.add(&sizes);
         found.watched += 1;

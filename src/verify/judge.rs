@@ -5,7 +5,7 @@ use statrs::distribution::{ContinuousCDF, Normal};
 use super::{
     Class,
     contest::{Found, classes},
-    tally::{Covering, Group, Setting},
+    tally::{Covering, Group, Pass, Setting},
 };
 use crate::statistics::{Comparison, Estimate, REGIONS, Regions, TILES, each_of, p_values};
 
@@ -116,16 +116,18 @@ pub struct Evidence<'a> {
     groups: Vec<(Group, [f64; 3])>,
 }
 
-/// An estimate with the two kinds of its error apart.
+/// An estimate with the kinds of its error apart.
 struct Known {
     replicates: Estimate,
     rare: Vec<f64>,
+    /// The square of what bounds the bias of merges.
+    bias: Vec<f64>,
 }
 
 impl Known {
     fn estimate(self) -> Estimate {
-        let Self { replicates, rare } = self;
-        replicates.with_further_error(&rare)
+        let Self { replicates, rare, bias } = self;
+        replicates.with_further_error(&rare).with_further_error(&bias)
     }
 }
 
@@ -153,15 +155,22 @@ impl<'a> Evidence<'a> {
     /// long.
     fn known(&self, i: usize, scope: Scope, wanted: impl Fn(Covering) -> bool, longer: f64) -> Known {
         let found = &self.found[i];
-        let replicates = found.passes.iter().map(|pass| {
+        let sums = |pass: &Pass| -> Regions {
             let mut sum = vec![0.0; REGIONS];
             let groups = pass.iter().filter(|(group, _)| scope.contains(group.class) && wanted(group.covering));
             groups.for_each(|(_, part)| sum.iter_mut().zip(part).for_each(|(s, p)| *s += p));
             sum
-        });
-        let replicates = Estimate::new(&replicates.collect::<Vec<Regions>>());
+        };
+        let estimate = |passes: &[Pass]| Estimate::new(&passes.iter().map(sums).collect::<Vec<_>>());
+        let replicates = estimate(&found.passes);
         let rare = self.rare(i, scope, &replicates, longer);
-        Known { replicates, rare }
+        let mut bias = vec![0.0; REGIONS];
+        if !found.wide.is_empty() {
+            let wide = estimate(&found.wide);
+            let differences = wide.mean().iter().zip(replicates.mean()).map(|(wide, own)| wide - own);
+            bias.iter_mut().zip(differences).for_each(|(bound, x)| *bound = x * x);
+        }
+        Known { replicates, rare, bias }
     }
 
     /// The squared errors from what integrator `i` finds too rarely to know about, as the other integrators predict
@@ -292,13 +301,13 @@ impl<'a> Evidence<'a> {
     /// How many times as long a run would have to be for a bias as large as the bar to be seen, in steps of a quarter.
     fn longer(&self, (i, j): (usize, usize), scope: Scope, bar: f64, level: f64, reference: [f64; 3]) -> f64 {
         let both = Covering::of(&[i, j]);
-        let known = [i, j].map(|i| (i, self.known(i, scope, |set| set.holds(both), 1.0).replicates));
+        let known = [i, j].map(|i| (i, self.known(i, scope, |set| set.holds(both), 1.0)));
         let normal = Normal::standard().inverse_cdf(1.0 - 0.5 * each_of(level, REGIONS as f64));
         let seen = |longer: f64| {
             let mut error2 = [0.0; 3];
-            for (i, estimate) in &known {
-                let rare = self.rare(*i, scope, estimate, longer);
-                (0..3).for_each(|c| error2[c] += estimate.error2()[c] / longer + rare[c]);
+            for (i, Known { replicates, bias, .. }) in &known {
+                let rare = self.rare(*i, scope, replicates, longer);
+                (0..3).for_each(|c| error2[c] += replicates.error2()[c] / longer + rare[c] + bias[c]);
             }
             (0..3).filter(|c| reference[*c] > 0.0).all(|c| normal * error2[c].sqrt() <= bar * reference[c])
         };

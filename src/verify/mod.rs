@@ -14,6 +14,9 @@
 //!   disagreement only if they confirm it.
 //! * **Rare finds.** The variance of a heavy tail cannot be estimated from a run that has not met it. It is predicted
 //!   from what the other integrators find: see the module `rare`.
+//! * **Merges.** What merges is compared within a fixed radius r/2, and its bias is bounded by rendering within r as
+//!   well: a bias that falls at least in proportion to the radius is smaller than the difference of the two. The square
+//!   of the difference is a further error, region by region.
 //! * **The bar.** "Agree" means that no difference was found *and* that a bias of [`Plan::bar`] of the image's mean
 //!   would have been. Two per cent is what a person would not see in a side by side comparison and is well below every
 //!   mistake that we know of (a lost shading-normal factor, a light counted twice, a roulette out of balance: 6 to 70 %
@@ -43,7 +46,7 @@ use crate::{
     film::Image,
     integrator::{Integrator, IntegratorKind},
     path::Roulette,
-    render::Settings,
+    render::{MergeRadius, Settings},
     sampling::SamplerKind,
     scene::Scene,
     statistics::TILES,
@@ -190,7 +193,10 @@ pub fn verify(scene: &Scene, plan: &Plan, progress: &mut dyn FnMut(f64) -> Contr
     assert!(!matches!(budget, Budget::Passes(0..2)), "a variance needs two passes");
     let sensor = scene.camera.sensor();
     assert_eq!(sensor.padding, 0);
-    let tables = kinds.iter().map(|kind| Integrator::new(*kind, sensor, *max_depth, *roulette)).collect();
+    let merge_radius = merge_radius(scene);
+    let table =
+        |kind: &IntegratorKind| Integrator::new(*kind, sensor, *max_depth, *roulette).merging_within(merge_radius);
+    let tables = kinds.iter().map(table).collect();
     let setting = Setting::new(scene, tables);
     let films: Vec<_> = kinds.iter().map(|_| Films::new()).collect();
     let nothing = || kinds.iter().map(|kind| Found::new(*kind, kinds.len())).collect::<Vec<_>>();
@@ -226,6 +232,13 @@ pub fn verify(scene: &Scene, plan: &Plan, progress: &mut dyn FnMut(f64) -> Contr
     conclude(scene, plan, &setting, &found, &films, &confirmed, !suspected.is_empty())
 }
 
+/// The radius of the merges that are compared, m.
+fn merge_radius(scene: &Scene) -> f32 {
+    /// As in a render of this many passes.
+    const PASS: u32 = 16;
+    MergeRadius::of(scene, None).of_pass(PASS)
+}
+
 /// The settings of integrator `i` in a stage: its seed is no other's.
 fn settings(scene: &Scene, plan: &Plan, i: usize, stage: u64) -> Settings {
     // A step of an odd constant visits every seed once (the one of SplitMix64, Steele et al. 2014).
@@ -237,6 +250,7 @@ fn settings(scene: &Scene, plan: &Plan, i: usize, stage: u64) -> Settings {
         roulette: plan.roulette,
         // Passes are replicates only if their numbers have nothing to do with each other.
         sampler: SamplerKind::Independent,
+        merge_radius: plan.integrators[i].merges().then(|| merge_radius(scene)),
         seed: plan.seed.wrapping_add(number.wrapping_mul(0x9e37_79b9_7f4a_7c15)),
         ..Settings::new(scene.camera.sensor())
     }

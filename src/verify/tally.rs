@@ -98,7 +98,8 @@ impl Films {
 pub(super) struct Tally<'a> {
     setting: &'a Setting,
     own: usize,
-    films: &'a Films,
+    /// None for what is in no image.
+    films: Option<&'a Films>,
     half: Half,
     groups: Pass,
     sizes: Option<Sizes>,
@@ -112,7 +113,7 @@ pub(super) enum Look {
 }
 
 impl<'a> Tally<'a> {
-    pub(super) fn new(setting: &'a Setting, own: usize, films: &'a Films, half: Half, look: Look) -> Self {
+    pub(super) fn new(setting: &'a Setting, own: usize, films: Option<&'a Films>, half: Half, look: Look) -> Self {
         let sizes = (look == Look::Sizes).then(|| Sizes::new(setting.integrators.len()));
         Self { setting, own, films, half, groups: Pass::new(), sizes }
     }
@@ -164,9 +165,10 @@ impl Collector for Tally<'_> {
         let covers = |i: &usize| *i == self.own || is_covered(path, integrators[*i].techniques());
         let covering = (0..integrators.len()).filter(covers).fold(Covering(0), |set, i| Covering(set.0 | 1 << i));
         let class = Class::of(path);
-        let film = self.films.0[usize::from(covering.0)]
-            .get_or_init(|| Film::new(*sensor, Crop::full(*sensor), Filter::Box, *scale));
-        film.deposit(path.raster(), value, self.half);
+        if let Some(Films(films)) = self.films {
+            let film = || Film::new(*sensor, Crop::full(*sensor), Filter::Box, *scale);
+            films[usize::from(covering.0)].get_or_init(film).deposit(path.raster(), value, self.half);
+        }
 
         let tile = tile_of(x as usize, y as usize, sensor.width as usize, sensor.height as usize);
         let mass = f64::from(luminance(value));

@@ -125,3 +125,38 @@ fn what_path_tracing_has_not_met_yet_is_no_disagreement() {
         assert!(report.integrators[1].uncovered > 0.0, "the ball is black to light tracing");
     }
 }
+
+/// Merges within a wide radius are biased: that is not held against them, since a wider one tells how large it may be.
+/// Within a narrow one a tenth more light is a disagreement.
+#[test]
+fn the_bias_of_merges_is_bounded() {
+    let scene = scene("cornell-box");
+    let kinds = [IntegratorKind::Bdpt, IntegratorKind::Vcm];
+    let plan = plan(&kinds, 220);
+    let films: Vec<_> = kinds.iter().map(|_| Films::new()).collect();
+    let run = |radius: f32| {
+        let table = |kind: &IntegratorKind| {
+            Integrator::new(*kind, scene.camera.sensor(), 8, plan.roulette).merging_within(radius)
+        };
+        let setting = Setting::new(&scene, kinds.iter().map(table).collect());
+        let mut settings: Vec<_> = (0..2).map(|i| settings(&scene, &plan, i, 0)).collect();
+        settings[1].merge_radius = Some(radius);
+        let mut found: Vec<_> = kinds.iter().map(|kind| Found::new(*kind, 2)).collect();
+        sample(&scene, &setting, &settings, &films, &mut found, plan.budget, &mut |_| ControlFlow::Continue(()));
+        (setting, found)
+    };
+    let differs = |setting: &Setting, found: &[Found]| {
+        Evidence::new(setting, found).compare(plan.bar, 1.0).iter().any(|row| row.differs)
+    };
+    let (setting, mut found) = run(0.3);
+    assert!(!differs(&setting, &found));
+    found[1].wide.clear();
+    assert!(differs(&setting, &found), "there is no bias to bound");
+
+    let (setting, mut found) = run(0.02);
+    assert!(!differs(&setting, &found));
+    let Found { passes, wide, .. } = &mut found[1];
+    let regions = passes.iter_mut().chain(wide).flatten().flat_map(|(_, regions)| regions);
+    regions.for_each(|x| *x *= 1.1);
+    assert!(differs(&setting, &found));
+}

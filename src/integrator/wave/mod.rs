@@ -153,6 +153,7 @@ impl Starts {
     }
 
     /// Adds a pixel; one that connects has a walk from the camera, too.
+    #[inline]
     pub fn push(&mut self, corner: glam::Vec2, key: u32, stage: LightStage) {
         let LightStage { connects, splats, keeps, paths } = stage;
         let flag = |flag: u32, is_set: bool| if is_set { flag } else { 0 };

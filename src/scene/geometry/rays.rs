@@ -188,9 +188,11 @@ impl Hits {
     fn start(&mut self, len: usize) {
         self.len = len;
         let room = len.next_multiple_of(MOST);
-        let [b, c] = &mut self.barycentric;
-        [&mut self.t, b, c].into_iter().for_each(|numbers| numbers.resize(room, 0.0));
-        [&mut self.instance, &mut self.index].into_iter().for_each(|names| names.resize(room, u32::MAX));
+        if self.t.len() < room {
+            let [b, c] = &mut self.barycentric;
+            [&mut self.t, b, c].into_iter().for_each(|numbers| numbers.resize(room, 0.0));
+            [&mut self.instance, &mut self.index].into_iter().for_each(|names| names.resize(room, u32::MAX));
+        }
     }
 
     /// Sets those of a packet.
