@@ -14,7 +14,7 @@ use super::{
     mis::{count_ratio, effective_count, effective_merges},
 };
 use crate::{
-    lanes::{Double, Float, Lanes, Select, Unsigned},
+    lanes::{Double, Float, Lanes, Mask, Select, Unsigned},
     sampling::PdfArea,
 };
 
@@ -337,10 +337,20 @@ impl Rivals {
         techniques: &Techniques,
         [towards_camera, towards_light]: [RivalSum<L::U>; 2],
     ) -> L::F {
+        let lanes = path.lanes();
+        let (mut merges, mut plain) = (lanes.mask(u32::MAX), lanes.splat(0.0));
+        if techniques.meeting_places() == MeetingPlaces::SeenBySpecular {
+            // Few paths have a merge beside the connection; where there is none, nothing needs roots.
+            merges = merges_around(path, strategy.t, techniques);
+            plain = self.weight(path, strategy, techniques, [towards_camera, towards_light]);
+            if !merges.any() {
+                return plain;
+            }
+        }
         let own = (effective_count(path, strategy, techniques) * (1.0 / self.unit)).to_f64();
         let camera = self.towards_camera(path, strategy.t, techniques, towards_camera);
         let light = self.towards_light(path, strategy.t, techniques, towards_light);
-        self.share(own, [own, camera, light])
+        merges.select(self.share(own, [own, camera, light]), plain)
     }
 
     /// What the techniques that have p_{t−1} from the light come to in units of (s,t)'s density: those that connect at
@@ -416,6 +426,18 @@ impl Rivals {
         let zero = ratio.lanes().splat_d(0.0);
         (zero.lt(ratio) & zero.lt(rivals)).select(self.camera.exponent.of(ratio * rivals), zero)
     }
+}
+
+/// In which lanes one of the two vertices on either side of a connection, the last of which from the camera is p_{t−1},
+/// may merge.
+#[inline(always)]
+fn merges_around<L: Lanes>(path: &impl Densities<L>, t: u32, techniques: &Techniques) -> L::M {
+    let lanes = path.lanes();
+    let mut merges = lanes.mask(0);
+    for i in t.saturating_sub(2).max(1)..(t + 2).min(path.edges()) {
+        merges = merges | lanes.splat(0.0).lt(effective_merges(path, i + 1, techniques));
+    }
+    merges
 }
 
 #[cfg(test)]

@@ -187,8 +187,8 @@ fn chosen_light_vertices_are_the_same_in_a_crop() {
     let sensor = scene.camera.sensor();
     let crop = Crop { x0: 5, y0: 3, x1: 21, y1: 11 };
     let image = |integrator, crop| {
-        let base = Settings { integrator, max_depth: 5, crop, ..Settings::new(sensor) };
-        let mut renderer = Renderer::new(&scene, &Settings { light_vertices: Some(2), ..base });
+        let settings = Settings { integrator, light_vertices: Some(2), max_depth: 5, crop, ..Settings::new(sensor) };
+        let mut renderer = Renderer::new(&scene, &settings);
         (0..2).for_each(|_| renderer.pass());
         renderer.film().image(2)
     };
