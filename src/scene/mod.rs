@@ -410,16 +410,6 @@ impl Scene {
         })
     }
 
-    #[inline(always)]
-    fn records(&self) -> &Records {
-        // Made outside of the cell: a thread that waits for its helpers takes up other work, which may come here too.
-        let new = || Records::new(&self.geometry, &self.materials, &self.light_of, &self.lights, self.media());
-        self.records.get().unwrap_or_else(|| {
-            let records = new();
-            self.records.get_or_init(|| records)
-        })
-    }
-
     /// The media, where some surface bounds a volume.
     #[inline(always)]
     pub fn media(&self) -> Option<&Media> {

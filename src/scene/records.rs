@@ -80,6 +80,16 @@ impl<L: Lanes> PlainPoints<L> {
 const MOST_NORMALS: usize = 1 << 18;
 
 impl Scene {
+    #[inline(always)]
+    fn records(&self) -> &Records {
+        // Made outside of the cell: a thread that waits for its helpers takes up other work, which may come here too.
+        let new = || Records::new(&self.geometry, &self.materials, &self.light_of, &self.lights, self.media());
+        self.records.get().unwrap_or_else(|| {
+            let records = new();
+            self.records.get_or_init(|| records)
+        })
+    }
+
     /// Makes what waves load, if it is not there yet.
     pub(crate) fn prepare_waves(&self) {
         self.records();
