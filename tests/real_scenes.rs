@@ -110,6 +110,17 @@ fn every_model_is_the_same_by_path_tracing_and_by_bdpt() {
 }
 
 #[test]
+fn no_model_asks_for_an_extension_that_is_left_out() {
+    let Some(folder) = folder() else { return };
+    for file in common::models(&folder) {
+        let loaded = io::load(&file).unwrap_or_else(|error| panic!("{error}"));
+        let left_out: Vec<_> =
+            loaded.warnings.iter().filter(|w| w.contains("not supported") || w.contains("not applied")).collect();
+        assert!(left_out.is_empty(), "{}: {left_out:?}", name(&folder, &file));
+    }
+}
+
+#[test]
 fn what_cannot_be_read_is_refused_with_a_sentence() {
     let Some(folder) = folder() else { return };
     let model = folder.join("meshopt/pipeline/meshopt-fallback/meshopt-fallback.gltf");

@@ -9,7 +9,7 @@ import json
 import math
 import os
 import struct
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -30,6 +30,16 @@ class Mesh:
 
 
 @dataclass
+class Ball:
+    """An analytic sphere, which pathspace alone is told about."""
+
+    name: str
+    material: str
+    center: tuple
+    radius: float
+
+
+@dataclass
 class Camera:
     origin: tuple
     target: tuple
@@ -42,6 +52,7 @@ class Scene:
     camera: Camera
     materials: dict
     meshes: list
+    balls: list = field(default_factory=list)
 
 
 def quads(name, material, corners):
@@ -286,14 +297,20 @@ def write_glb(scene, path):
         indices = accessor(mesh.triangles.astype("<u4").ravel(), 5125, "SCALAR")
         meshes.append({"name": mesh.name, "primitives": [{"attributes": attributes, "indices": indices, "material": materials.index(mesh.material)}]})
     nodes = [{"name": mesh.name, "mesh": i} for i, mesh in enumerate(scene.meshes)]
+    for ball in scene.balls:
+        extension = {"radius": ball.radius, "material": materials.index(ball.material)}
+        nodes.append({"name": ball.name, "translation": list(ball.center), "extensions": {"PATHSPACE_sphere": extension}})
     nodes.append({"name": "camera", "camera": 0, "matrix": camera_matrix(scene.camera)})
     described = [gltf_material(name, *scene.materials[name]) for name in materials]
     document = {
         "asset": {"version": "2.0"}, "scene": 0, "scenes": [{"nodes": list(range(len(nodes)))}], "nodes": nodes, "meshes": meshes,
         "materials": described, "accessors": accessors, "bufferViews": views, "buffers": [{"byteLength": len(data)}],
         "cameras": [{"type": "perspective", "perspective": {"yfov": math.radians(scene.camera.fov), "aspectRatio": 1.0, "znear": 0.01}}],
-        "extensionsUsed": sorted({name for material in described for name in material.get("extensions", {})}),
+        "extensionsUsed": sorted({name for thing in described + nodes for name in thing.get("extensions", {})}),
     }
+    if not meshes:
+        for key in ("meshes", "accessors", "bufferViews", "buffers"):  # glTF has no empty arrays
+            del document[key]
     text = json.dumps(document).encode()
     text += b" " * (-len(text) % 4)
     with open(path, "wb") as out:

@@ -33,6 +33,7 @@ class LoadOptions(TypedDict, total=False):
     limit: Union[Mapping[str, Union[int, str]], None]
     allow_outside: bool
     ignore_required: bool
+    drafts: bool
 
 
 class ViewOptions(TypedDict, total=False):

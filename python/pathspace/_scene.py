@@ -30,8 +30,8 @@ def load(path: Union[str, os.PathLike[str]], **options: Unpack[LoadOptions]) -> 
     """Reads a glTF 2.0 scene, .gltf or .glb.
 
     The keywords are those options of ``pathspace render`` that reading takes: ``scene``, ``variant``, ``at``
-    (seconds), ``animation``, ``limit`` (a dict), ``allow_outside`` and ``ignore_required``. What the file asks for and
-    does not get is a :class:`pathspace.PathspaceWarning`.
+    (seconds), ``animation``, ``limit`` (a dict), ``allow_outside``, ``ignore_required`` and ``drafts``. What the file
+    asks for and does not get is a :class:`pathspace.PathspaceWarning`.
 
     Raises :class:`pathspace.InputError` if there is no such file, or it cannot be rendered, and
     :class:`pathspace.UsageError` for a scene, variant or animation that it does not have.

@@ -20,7 +20,7 @@ _OF_THE_PROGRAM = frozenset(
     + ["checkpoint-every", "shard", "frames", "fps", "quiet", "verbose", "json"]
 )
 #: Options that reading a scene takes; all others of ``render`` are for :meth:`Scene.render`.
-_OF_FILES = frozenset("scene variant at animation limit allow-outside ignore-required".split())
+_OF_FILES = frozenset("scene variant at animation limit allow-outside ignore-required drafts".split())
 
 
 @lru_cache(maxsize=None)

@@ -16,7 +16,7 @@ use serde_json::Value;
 use super::{
     error::{Fault, LoadError, one_line, quoted},
     extensions, features,
-    limits::Required,
+    limits::{Policy, Required},
 };
 
 /// A GLB's two chunks; the JSON alone for a `.gltf`.
@@ -70,17 +70,12 @@ pub(super) fn chunks<'a>(bytes: &'a [u8], file: &str) -> Result<Chunks<'a>, Load
 }
 
 /// Parses the JSON and checks the document; what is merely odd goes to `warnings`.
-pub(super) fn parse(
-    json: &[u8],
-    required: Required,
-    file: &str,
-    warnings: &mut Vec<String>,
-) -> Result<Root, LoadError> {
+pub(super) fn parse(json: &[u8], policy: Policy, file: &str, warnings: &mut Vec<String>) -> Result<Root, LoadError> {
     let root = match serde_json::from_slice::<Root>(json) {
         Ok(root) => root,
         Err(error) => repaired(json).ok_or_else(|| json_error(&error, json, file))?,
     };
-    check(&root, required, warnings).map_err(|fault| fault.at(file))?;
+    check(&root, policy, warnings).map_err(|fault| fault.at(file))?;
     Ok(root)
 }
 
@@ -116,7 +111,7 @@ fn json_error(error: &serde_json::Error, json: &[u8], file: &str) -> LoadError {
     LoadError::Json { file: file.to_owned(), line, column, what }
 }
 
-fn check(root: &Root, required: Required, warnings: &mut Vec<String>) -> Result<(), Fault> {
+fn check(root: &Root, policy: Policy, warnings: &mut Vec<String>) -> Result<(), Fault> {
     if !root.asset.version.starts_with("2.") {
         return Err(Fault::unsupported(
             "/asset/version",
@@ -126,18 +121,18 @@ fn check(root: &Root, required: Required, warnings: &mut Vec<String>) -> Result<
     if let Some(version) = root.asset.min_version.as_deref().filter(|&version| version != "2.0") {
         return Err(Fault::unsupported("/asset/minVersion", format!("a reader of glTF {} is needed", quoted(version))));
     }
-    honoured(root, required, warnings)?;
+    honoured(root, policy, warnings)?;
     positions_in_range(root)?;
     validate(root)
 }
 
 /// The policy: what is required must be supported, and what is optional and is not is named.
-fn honoured(root: &Root, policy: Required, warnings: &mut Vec<String>) -> Result<(), Fault> {
-    let unknown = |name: &&String| !features::is_read(name);
+fn honoured(root: &Root, policy: Policy, warnings: &mut Vec<String>) -> Result<(), Fault> {
+    let unknown = |name: &&String| !features::is_read(name, policy.drafts);
     let required: Vec<_> = root.extensions_required.iter().filter(unknown).map(String::as_str).collect();
     let mut seen = HashSet::new();
     let only_materials = required.iter().all(|name| extensions::is_of_materials(name));
-    if policy == Required::MaterialsIgnored && only_materials {
+    if policy.required == Required::MaterialsIgnored && only_materials {
         for name in required {
             if seen.insert(name) {
                 warnings.push(extensions::ignored(name));

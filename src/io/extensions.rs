@@ -1,6 +1,6 @@
 //! Extensions that are not supported: what becomes of the file, and what its owner can do.
 
-use super::error::quoted;
+use super::{error::quoted, features};
 
 /// What turns a file with this extension into one without it, if something common does.
 pub(super) fn remedy(name: &str) -> Option<&'static str> {
@@ -32,6 +32,9 @@ pub(super) fn refused(names: &[&str]) -> String {
     let list = names.iter().map(|name| quoted(name)).collect::<Vec<_>>().join(", ");
     let mut remedies: Vec<_> = names.iter().filter_map(|name| remedy(name)).collect();
     remedies.dedup();
+    if names.iter().any(|name| features::is_draft(name)) {
+        remedies.push("--drafts reads what is a draft");
+    }
     let help = if remedies.is_empty() { String::new() } else { format!(": {}", remedies.join(", ")) };
     let anyway = if names.iter().all(|name| is_of_materials(name)) {
         " (--ignore-required renders the file without)"
@@ -47,6 +50,9 @@ pub(super) fn left_out(name: &str) -> String {
     match name {
         "EXT_texture_avif" | "MSFT_texture_dds" => {
             format!("the optional extension {name_quoted} is not supported: the plain images are read in its place")
+        }
+        _ if features::is_draft(name) => {
+            format!("the optional extension {name_quoted} is a draft: what it adds is left out without --drafts")
         }
         _ => format!("the optional extension {name_quoted} is not supported: what it adds is left out"),
     }

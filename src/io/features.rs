@@ -1,10 +1,14 @@
 //! The extensions that are read: one list, by which files are accepted or refused and which `docs/gltf.md` shows.
 
+use super::limits::Drafts;
+
 /// An extension that is read.
 #[derive(Clone, Copy, Debug)]
 pub struct Extension {
     /// As `extensionsUsed` has it.
     pub name: &'static str,
+    /// Whether its page may still change.
+    pub status: Status,
     /// What of it is read.
     pub read: &'static str,
     /// What of it is not, or not as it says; empty if nothing.
@@ -13,14 +17,44 @@ pub struct Extension {
     pub tests: &'static [&'static str],
 }
 
+/// How settled an extension is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Status {
+    /// Its page is settled.
+    Settled,
+    /// Its page is a draft: it is read on request.
+    Draft,
+}
+
 /// Whether files may require this extension.
-pub(super) fn is_read(name: &str) -> bool {
-    EXTENSIONS.iter().any(|extension| extension.name == name)
+pub(super) fn is_read(name: &str, drafts: Drafts) -> bool {
+    find(name).is_some_and(|extension| extension.status == Status::Settled || drafts == Drafts::Read)
+}
+
+/// Whether it would be read on request.
+pub(super) fn is_draft(name: &str) -> bool {
+    find(name).is_some_and(|extension| extension.status == Status::Draft)
+}
+
+fn find(name: &str) -> Option<&'static Extension> {
+    EXTENSIONS.iter().find(|extension| extension.name == name)
 }
 
 const fn of(name: &'static str, read: &'static str, limits: &'static str, tests: &'static [&'static str]) -> Extension {
-    Extension { name, read, limits, tests }
+    Extension { name, status: Status::Settled, read, limits, tests }
 }
+
+const fn draft(
+    name: &'static str,
+    read: &'static str,
+    limits: &'static str,
+    tests: &'static [&'static str],
+) -> Extension {
+    Extension { status: Status::Draft, ..of(name, read, limits, tests) }
+}
+
+const ROUGHNESS: &str = "with `--drafts`: factor and texture";
+const METADATA: &[&str] = &["tests/errors::metadata_is_no_reason_for_a_warning"];
 
 const BENT: &str = "tests/layers::each_texture_multiplies_its_factor_by_its_channel";
 const BSDFS: &str = "tests/reading::materials_become_bsdfs";
@@ -47,6 +81,8 @@ pub const EXTENSIONS: &[Extension] = &[
             "tests/image_light::a_constant_cube_has_the_irradiance_of_its_coefficients",
         ],
     ),
+    draft("EXT_materials_diffuse_roughness", ROUGHNESS, "", &["tests/drafts::each_texture_multiplies_its_factor"]),
+    of("EXT_mesh_features", "nothing: metadata", "", METADATA),
     of(
         "EXT_mesh_gpu_instancing",
         "TRANSLATION, ROTATION and SCALE of instances",
@@ -54,6 +90,7 @@ pub const EXTENSIONS: &[Extension] = &[
         &["tests/instancing::gpu_instances_are_placed_by_their_attributes_below_the_node"],
     ),
     of("EXT_meshopt_compression", "all modes and filters", "", COMPRESSED),
+    of("EXT_structural_metadata", "nothing: metadata", "", METADATA),
     of("EXT_texture_webp", "images", "", &["tests/textures::webp_of_the_extension_comes_before_the_fallback"]),
     of(
         "KHR_animation_pointer",
@@ -77,19 +114,26 @@ pub const EXTENSIONS: &[Extension] = &[
     of(
         "KHR_materials_anisotropy",
         "strength, rotation, texture",
-        "materials that transmit",
+        "",
         &["tests/layers::the_grain_turns_counter_clockwise_from_the_tangent", BENT],
     ),
     of(
         "KHR_materials_clearcoat",
         "factors, textures, normals",
-        "materials that transmit",
+        "",
         &["tests/layers::a_coat_without_a_normal_texture_has_the_meshs_normal", BENT],
     ),
+    draft(
+        "KHR_materials_coat",
+        "with `--drafts`: factors, textures, normals, in place of `KHR_materials_clearcoat`",
+        "the coat's anisotropy",
+        &["tests/drafts::a_coat_comes_in_place_of_a_clear_coat", "tests/drafts::each_texture_multiplies_its_factor"],
+    ),
+    draft("KHR_materials_diffuse_roughness", ROUGHNESS, "", &["tests/drafts::each_texture_multiplies_its_factor"]),
     of(
         "KHR_materials_diffuse_transmission",
         "factors and textures",
-        "as through a thin sheet, also on a volume",
+        "as through a thin sheet, also on a volume; materials that transmit",
         &[BENT],
     ),
     of(
@@ -104,30 +148,31 @@ pub const EXTENSIONS: &[Extension] = &[
         "",
         &["tests/reading::emission_that_lamps_outshine_is_said_to_be"],
     ),
-    of("KHR_materials_ior", "index of refraction, 0 too", "", &[BSDFS]),
-    of(
-        "KHR_materials_iridescence",
-        "factors and textures",
-        "films thicker than 4095 nm; materials that transmit",
-        &[BENT],
+    draft(
+        "KHR_materials_fuzz",
+        "with `--drafts`: factors and textures, in place of `KHR_materials_sheen`",
+        "roughness below 0.1",
+        &["tests/drafts::fuzz_comes_in_place_of_sheen", "tests/drafts::each_texture_multiplies_its_factor"],
     ),
+    of("KHR_materials_ior", "index of refraction, 0 too", "", &[BSDFS]),
+    of("KHR_materials_iridescence", "factors and textures", "films thicker than 4095 nm", &[BENT]),
     of(
         "KHR_materials_pbrSpecularGlossiness",
         "converted to layers",
         "",
         &["tests/layers::speculars_and_glossiness_are_converted"],
     ),
-    of("KHR_materials_sheen", "factors and textures", "roughness below 0.1; materials that transmit", &[BENT]),
+    of("KHR_materials_sheen", "factors and textures", "roughness below 0.1", &[BENT]),
     of(
         "KHR_materials_specular",
         "factors and textures",
-        "materials that transmit",
+        "",
         &[BSDFS, "tests/textures::each_slot_multiplies_its_parameter"],
     ),
     of(
         "KHR_materials_transmission",
         "factor and texture, thin or with a volume",
-        "materials between metal and glass",
+        "materials between metal and glass that have no layers",
         &[BSDFS],
     ),
     of(
@@ -163,6 +208,8 @@ pub const EXTENSIONS: &[Extension] = &[
         "",
         &["tests/textures::samplers_transforms_and_sets_are_honoured"],
     ),
+    of("KHR_xmp", "nothing: metadata", "", METADATA),
+    of("KHR_xmp_json_ld", "nothing: metadata", "", METADATA),
     of(
         "PATHSPACE_materials_metal",
         "a measured metal by its symbol, of this project",

@@ -1,5 +1,6 @@
-//! The extensions that add lobes to a material (clear coat, sheen, anisotropy, iridescence, diffuse transmission), the
-//! measured metals, the dispersion of its volume, and the model of speculars and glossiness, which is converted.
+//! The extensions that add lobes to a material (clear coat, sheen, anisotropy, iridescence, diffuse transmission; of
+//! drafts coat, fuzz, diffuse roughness), the measured metals, the dispersion of its volume, and the model of speculars
+//! and glossiness, which is converted.
 
 use std::sync::Arc;
 
@@ -12,6 +13,7 @@ use serde_json::{Map, Value};
 
 use super::{
     error::{Fault, quoted},
+    limits::Drafts,
     material::Reader,
     texture::Reference,
 };
@@ -19,20 +21,11 @@ use crate::{
     math::Rgb,
     scene::{
         bsdf::Metal,
-        layers::{LayerMaps, Layers},
+        layers::{Coating, LayerMaps, Layers},
         material::{Boundary, Maps, NormalMap, Parameters},
         texture::{Encoding, Image, Texels, Texture},
     },
 };
-
-/// The extensions of layers.
-const LAYERS: [&str; 5] = [
-    "KHR_materials_clearcoat",
-    "KHR_materials_sheen",
-    "KHR_materials_anisotropy",
-    "KHR_materials_iridescence",
-    "KHR_materials_diffuse_transmission",
-];
 
 /// A measured metal by its symbol, of this project.
 const METAL: &str = "PATHSPACE_materials_metal";
@@ -61,34 +54,48 @@ impl<'a> Extension<'a> {
 }
 
 impl Reader<'_, '_> {
-    /// Adds the layers of a material whose boundary is known. One that transmits has none: the warning says so.
+    /// Adds the layers of a material.
     pub(super) fn layers(&mut self, m: &Source, maps: &mut Maps) -> Result<(), Fault> {
         let mut layers = Layers::NONE;
         let mut textures = LayerMaps::default();
-        self.coat(m, &mut layers, &mut textures)?;
-        self.sheen(m, &mut layers, &mut textures)?;
+        if !self.draft_coat(m, &mut layers, &mut textures)? {
+            self.coat(m, &mut layers, &mut textures)?;
+        }
+        if !self.fuzz(m, &mut layers, &mut textures)? {
+            self.sheen(m, &mut layers, &mut textures)?;
+        }
+        self.diffuse_roughness(m, &mut layers, &mut textures)?;
         self.anisotropy(m, &mut layers, &mut textures)?;
         self.iridescence(m, &mut layers, &mut textures)?;
         self.diffuse_transmission(m, &mut layers, &mut textures)?;
         layers.metal = self.metal(m)?;
-        if !layers.are_there() {
-            return Ok(());
+        if layers.are_there() {
+            maps.factors.layers = layers;
+            maps.layers = Some(Box::new(textures));
         }
+        Ok(())
+    }
+
+    /// What is said of a material that transmits diffusely, once its boundary is known.
+    pub(super) fn check_diffuse_transmission(&mut self, m: &Source, maps: &mut Maps) {
+        if maps.factors.layers.diffuse_transmission == 0.0 {
+            return;
+        }
+        let name = quoted(&self.name);
         if maps.factors.boundary != Boundary::Opaque {
-            let names: Vec<_> = LAYERS.into_iter().filter(|name| Extension::of(m, name).is_some()).collect();
-            let (name, names) = (quoted(&self.name), names.join(", "));
-            self.warnings.push(format!("material {name} transmits: {names} is not applied to it"));
-            return Ok(());
-        }
-        if layers.diffuse_transmission > 0.0 && m.extensions.as_ref().is_some_and(|e| e.volume.is_some()) {
-            let name = quoted(&self.name);
+            let what = "transmits: KHR_materials_diffuse_transmission is not applied to it";
+            self.warnings.push(format!("material {name} {what}"));
+            maps.factors.layers.diffuse_transmission = 0.0;
+        } else if m.extensions.as_ref().is_some_and(|e| e.volume.is_some()) {
             self.warnings.push(format!(
                 "material {name} transmits diffusely: light passes it as it does a thin sheet, and not its volume"
             ));
         }
-        maps.factors.layers = layers;
-        maps.layers = Some(Box::new(textures));
-        Ok(())
+    }
+
+    /// An extension that is a draft, if drafts count.
+    fn draft<'m>(&self, m: &'m Source, name: &'static str) -> Option<Extension<'m>> {
+        Extension::of(m, name).filter(|_| self.drafts == Drafts::Read)
     }
 
     /// Whether the material names a measured metal.
@@ -139,6 +146,48 @@ impl Reader<'_, '_> {
         let texture = self.reference(Some(reference), Encoding::Linear, &at)?;
         let scale = self.number(&format!("{at}/scale"), normal.scale, f32::MIN, f32::MAX)?;
         Ok(texture.map(|texture| NormalMap { texture, scale }))
+    }
+
+    /// Whether there is a coat that is one of the draft, which comes in place of a clear coat.
+    fn draft_coat(&mut self, m: &Source, layers: &mut Layers, maps: &mut LayerMaps) -> Result<bool, Fault> {
+        let Some(e) = self.draft(m, "KHR_materials_coat") else { return Ok(false) };
+        layers.coat = self.factor(&e, "coatFactor", 0.0, [0.0, 1.0])?;
+        layers.coat_roughness = self.factor(&e, "coatRoughnessFactor", 0.0, [0.0, 1.0])?;
+        let ior = self.factor(&e, "coatIor", 1.5, [0.0, f32::MAX])?;
+        let ior = if ior == 0.0 { 0.0 } else { self.number(&e.at("coatIor"), ior, 1.0, f32::MAX)? };
+        let color = self.tint(&e, "coatColorFactor", Rgb::ONE)?;
+        layers.coating =
+            Some(Coating { ior, color, darkening: self.factor(&e, "coatDarkeningFactor", 1.0, [0.0, 1.0])? });
+        maps.coat = self.slot(&e, "coatTexture", Encoding::Linear)?;
+        maps.coat_roughness = self.slot(&e, "coatRoughnessTexture", Encoding::Linear)?;
+        maps.coat_color = self.slot(&e, "coatColorTexture", Encoding::Srgb)?;
+        maps.coat_normal = self.coat_normal(&e, "coatNormalTexture")?;
+        if self.factor(&e, "coatAnisotropyStrength", 0.0, [0.0, 1.0])? > 0.0 {
+            let name = quoted(&self.name);
+            self.warnings.push(format!("material {name}: the anisotropy of its coat is left out"));
+        }
+        Ok(true)
+    }
+
+    /// Whether there is fuzz, which comes in place of a sheen.
+    fn fuzz(&mut self, m: &Source, layers: &mut Layers, maps: &mut LayerMaps) -> Result<bool, Fault> {
+        let Some(e) = self.draft(m, "KHR_materials_fuzz") else { return Ok(false) };
+        layers.fuzz = Some(self.factor(&e, "fuzzFactor", 0.0, [0.0, 1.0])?);
+        layers.sheen = self.tint(&e, "fuzzColorFactor", Rgb::ONE)?;
+        layers.sheen_roughness = self.factor(&e, "fuzzRoughnessFactor", 0.5, [0.0, 1.0])?;
+        maps.fuzz = self.slot(&e, "fuzzTexture", Encoding::Linear)?;
+        maps.sheen_color = self.slot(&e, "fuzzColorTexture", Encoding::Srgb)?;
+        maps.sheen_roughness = self.slot(&e, "fuzzRoughnessTexture", Encoding::Linear)?;
+        Ok(true)
+    }
+
+    /// By its name at Khronos, or before it had one there.
+    fn diffuse_roughness(&mut self, m: &Source, layers: &mut Layers, maps: &mut LayerMaps) -> Result<(), Fault> {
+        let [ours, before] = ["KHR_materials_diffuse_roughness", "EXT_materials_diffuse_roughness"];
+        let Some(e) = self.draft(m, ours).or_else(|| self.draft(m, before)) else { return Ok(()) };
+        layers.diffuse_roughness = self.factor(&e, "diffuseRoughnessFactor", 0.0, [0.0, 1.0])?;
+        maps.diffuse_roughness = self.slot(&e, "diffuseRoughnessTexture", Encoding::Linear)?;
+        Ok(())
     }
 
     fn sheen(&mut self, m: &Source, layers: &mut Layers, maps: &mut LayerMaps) -> Result<(), Fault> {

@@ -107,6 +107,16 @@ pub enum Required {
     MaterialsIgnored,
 }
 
+/// What becomes of extensions that are drafts: their pages may change, and files with them with it.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Drafts {
+    /// They are not supported.
+    #[default]
+    LeftOut,
+    /// They are read as their pages are now.
+    Read,
+}
+
 /// How a document is read.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct LoadOptions<'a> {
@@ -122,6 +132,22 @@ pub struct LoadOptions<'a> {
     pub outside: Outside,
     /// What becomes of a file that requires an extension which is not supported.
     pub required: Required,
+    /// What becomes of extensions that are drafts.
+    pub drafts: Drafts,
+}
+
+impl LoadOptions<'_> {
+    /// Which extensions are honoured.
+    pub(super) fn policy(&self) -> Policy {
+        Policy { required: self.required, drafts: self.drafts }
+    }
+}
+
+/// Which extensions are honoured, and what becomes of a file that requires others.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Policy {
+    pub(super) required: Required,
+    pub(super) drafts: Drafts,
 }
 
 /// A time of a file's animations.

@@ -25,6 +25,7 @@ use gltf_json::{
 use super::{
     error::{Fault, quoted},
     image::Images,
+    limits::Drafts,
     texture::{self, Reference},
 };
 use crate::{
@@ -99,12 +100,17 @@ impl Read {
 
 /// Every material of the file, in its order, and after them that of a primitive that names none
 /// (glTF 2.0 specification, 3.7.2.1: all factors at their defaults).
-pub(super) fn all(root: &Root, mut images: Images<'_>, warnings: &mut Vec<String>) -> Result<Vec<Read>, Fault> {
+pub(super) fn all(
+    root: &Root,
+    mut images: Images<'_>,
+    drafts: Drafts,
+    warnings: &mut Vec<String>,
+) -> Result<Vec<Read>, Fault> {
     let mut materials = Vec::with_capacity(root.materials.len() + 1);
     let mut ignored = BTreeMap::<&str, u32>::new();
     for (i, source) in root.materials.iter().enumerate() {
         let name = source.name.clone().unwrap_or_else(|| format!("material {i}"));
-        let mut reader = Reader { root, images: &mut images, at: format!("/materials/{i}"), name, warnings };
+        let mut reader = Reader { root, images: &mut images, drafts, at: format!("/materials/{i}"), name, warnings };
         materials.push(reader.material(source)?);
         for what in unread(source) {
             *ignored.entry(what).or_default() += 1;
@@ -114,7 +120,7 @@ pub(super) fn all(root: &Root, mut images: Images<'_>, warnings: &mut Vec<String
         warnings.push(format!("{what} (materials concerned: {n})"));
     }
     let name = "default".to_owned();
-    let mut reader = Reader { root, images: &mut images, at: String::new(), name, warnings };
+    let mut reader = Reader { root, images: &mut images, drafts, at: String::new(), name, warnings };
     materials.push(reader.material(&Source::default())?);
     Ok(materials)
 }
@@ -123,6 +129,8 @@ pub(super) fn all(root: &Root, mut images: Images<'_>, warnings: &mut Vec<String
 pub(super) struct Reader<'a, 'b> {
     root: &'a Root,
     images: &'a mut Images<'b>,
+    /// Whether extensions that are drafts count.
+    pub(super) drafts: Drafts,
     pub(super) at: String,
     pub(super) name: String,
     pub(super) warnings: &'a mut Vec<String>,
@@ -160,8 +168,9 @@ impl Reader<'_, '_> {
         let mut emission = self.emission(m, &maps)?;
         let unlit = ext.is_some_and(|e| e.others.contains_key("KHR_materials_unlit"));
         if !unlit {
-            maps.factors.boundary = self.boundary(m, &maps)?;
             self.layers(m, &mut maps)?;
+            maps.factors.boundary = self.boundary(m, &maps)?;
+            self.check_diffuse_transmission(m, &mut maps);
         }
         let factors = maps.factors;
         let mut absorption = Rgb::ZERO;
@@ -245,21 +254,24 @@ impl Reader<'_, '_> {
             return Ok(Boundary::Opaque);
         }
         let [least, most] = extremes(maps.metallic_roughness.as_ref(), BLUE).map(|texel| p.metallic * texel);
-        let name = quoted(&self.name);
-        if least < 0.5 && most >= 0.5 {
-            self.warnings.push(format!("material {name} transmits where its texture makes it less than half metal"));
-        } else if most > 0.0 && least < 1.0 {
-            let taken = if least < 0.5 { "glass" } else { "metal" };
-            self.warnings.push(format!("material {name} lies between metal and glass: taken as {taken}"));
-        }
-        if least >= 0.5 {
-            return Ok(Boundary::Opaque);
-        }
+        // Layers have a base of both, and of whatever is between.
         let tinted = p.specular != 1.0 || p.specular_color != Rgb::ONE;
-        if tinted || maps.specular.is_some() || maps.specular_color.is_some() {
-            self.warnings.push(format!(
-                "material {name} transmits: KHR_materials_specular is not applied to it, its index of refraction is"
-            ));
+        if p.layers.are_there() || tinted {
+            if least >= 1.0 {
+                return Ok(Boundary::Opaque);
+            }
+        } else {
+            let name = quoted(&self.name);
+            if least < 0.5 && most >= 0.5 {
+                let what = "transmits where its texture makes it less than half metal";
+                self.warnings.push(format!("material {name} {what}"));
+            } else if most > 0.0 && least < 1.0 {
+                let taken = if least < 0.5 { "glass" } else { "metal" };
+                self.warnings.push(format!("material {name} lies between metal and glass: taken as {taken}"));
+            }
+            if least >= 0.5 {
+                return Ok(Boundary::Opaque);
+            }
         }
         let texture = volume.and_then(|v| v.thickness_texture.as_ref()).filter(|_| thickness > 0.0);
         let at = "extensions/KHR_materials_volume/thicknessTexture";

@@ -102,11 +102,11 @@ pub use environment::{
     EnvironmentError, LoadedEnvironment, load_environment, load_environment_within, read_environment,
 };
 pub use error::LoadError;
-pub use features::{EXTENSIONS, Extension};
+pub use features::{EXTENSIONS, Extension, Status};
 pub use image_light::ImageLight;
 pub use layered::{Layered, read_attributes, read_layered};
 pub use light::PunctualLight;
-pub use limits::{Limits, LoadOptions, Outside, PosedAt, Required};
+pub use limits::{Drafts, Limits, LoadOptions, Outside, PosedAt, Required};
 pub use openexr::{ImageError, read_halves, read_image};
 
 use crate::scene::{
@@ -246,7 +246,7 @@ pub fn read(bytes: &[u8], folder: &Path, file: &str, options: &LoadOptions<'_>) 
     hash.add(bytes);
     let chunks = document::chunks(bytes, file)?;
     let mut warnings = Vec::new();
-    let mut root = document::parse(chunks.json, options.required, file, &mut warnings)?;
+    let mut root = document::parse(chunks.json, options.policy(), file, &mut warnings)?;
     let buffers =
         accessor::check(&root, &place.limits).and_then(|()| buffer::read(&root, chunks.bin, place, &mut hash));
     let buffers = buffers.map_err(|fault| fault.at(file))?;
@@ -260,7 +260,7 @@ pub fn read(bytes: &[u8], folder: &Path, file: &str, options: &LoadOptions<'_>) 
     match &posed {
         Some(posed) => {
             posed.shown.iter().for_each(|&index| animations[index].shown = true);
-            root = document::parse(json, options.required, file, &mut Vec::new())?;
+            root = document::parse(json, options.policy(), file, &mut Vec::new())?;
         }
         None => animation::at_rest(&root, &mut warnings),
     }
@@ -270,11 +270,13 @@ pub fn read(bytes: &[u8], folder: &Path, file: &str, options: &LoadOptions<'_>) 
     let profiles = ies::profiles(&root, &buffers, place, &mut hash, &mut warnings).map_err(|fault| fault.at(file))?;
     let mut images = Images::new(&root, &buffers, place, &mut hash);
     let environment = image_light::image_light(&root, &mut images, &place.limits).map_err(|fault| fault.at(file))?;
-    let assembled = assemble(&root, &buffers, (images, profiles), &exact, place.limits, warnings);
+    let assembled = assemble(&root, &buffers, (images, profiles), &exact, options, warnings);
     let mut loaded = assembled.map_err(|fault| fault.at(file))?;
     let at = options.at.filter(|_| posed.is_some()).map(|at| at.seconds);
     loaded.environment = environment;
-    loaded.summary = Summary { binary: chunks.binary, variant, animations, at, ..loaded.summary };
+    let honoured = |name: &&String| features::is_read(name, options.drafts);
+    let extensions_honoured = root.extensions_used.iter().filter(honoured).cloned().collect();
+    loaded.summary = Summary { binary: chunks.binary, variant, animations, at, extensions_honoured, ..loaded.summary };
     loaded.hash = hash.hex();
     Ok(loaded)
 }
@@ -285,11 +287,11 @@ fn assemble(
     buffers: &Buffers,
     (images, profiles): (Images<'_>, Profiles),
     exact: &[Value],
-    limits: Limits,
+    options: &LoadOptions<'_>,
     mut warnings: Vec<String>,
 ) -> Result<Loaded, Fault> {
-    let materials = material::all(root, images, &mut warnings)?;
-    let mut scene = Assembly::new(root, buffers, limits, materials, warnings);
+    let materials = material::all(root, images, options.drafts, &mut warnings)?;
+    let mut scene = Assembly::new(root, buffers, options.limits, materials, warnings);
     scene.nodes(exact, &profiles)?;
     let lit = |id: MaterialId| !scene.materials[scene.sources[id.0 as usize]].unlit();
     let outshone = light::outshone(&scene.loaded, lit).map(|(id, what)| {
@@ -459,7 +461,7 @@ fn summary(root: &Root) -> Summary {
         cameras: root.cameras.len(),
         skins: root.skins.len(),
         extensions_used: root.extensions_used.iter().map(|name| one_line(name)).collect(),
-        extensions_honoured: root.extensions_used.iter().filter(|name| features::is_read(name)).cloned().collect(),
+        extensions_honoured: Vec::new(),
         extensions_required: root.extensions_required.iter().map(|name| one_line(name)).collect(),
         ..Summary::default()
     }

@@ -3,6 +3,7 @@
 mod animation;
 mod corpus;
 mod draco;
+mod drafts;
 mod environment;
 mod errors;
 mod factors;
@@ -31,7 +32,7 @@ use super::{
     document,
     error::LoadError,
     image::Images,
-    limits::{LoadOptions, Place, Required},
+    limits::{LoadOptions, Place, Policy, Required},
     material, mesh, part,
     placed::Placed,
 };
@@ -83,19 +84,24 @@ fn changed(mut document: Value, pointer: &str, value: Value) -> Value {
 }
 
 fn load(document: &Value) -> Result<Loaded, LoadError> {
-    super::read(document.to_string().as_bytes(), Path::new("."), "x.gltf", &LoadOptions::default())
+    load_as(document, &LoadOptions::default())
+}
+
+fn load_as(document: &Value, options: &LoadOptions<'_>) -> Result<Loaded, LoadError> {
+    super::read(document.to_string().as_bytes(), Path::new("."), "x.gltf", options)
 }
 
 /// The document's first mesh, in world space by the first node.
 fn world(document: &Value) -> part::World {
-    let LoadOptions { limits, outside, required, .. } = LoadOptions::default();
+    let LoadOptions { limits, outside, drafts, .. } = LoadOptions::default();
     let mut warnings = Vec::new();
-    let root = document::parse(document.to_string().as_bytes(), required, "x", &mut warnings).unwrap();
+    let root = document::parse(document.to_string().as_bytes(), Policy::default(), "x", &mut warnings).unwrap();
     let place = Place { folder: Path::new("."), limits, outside };
     accessor::check(&root, &limits).unwrap();
     let buffers = buffer::read(&root, None, place, &mut Hash::new()).unwrap();
     let mut hash = Hash::new();
-    let materials = material::all(&root, Images::new(&root, &buffers, place, &mut hash), &mut warnings).unwrap();
+    let images = Images::new(&root, &buffers, place, &mut hash);
+    let materials = material::all(&root, images, drafts, &mut warnings).unwrap();
     let parts = mesh::read(&root, Accessors::new(&root, &buffers), &materials, 0, &[], &mut warnings).unwrap();
     let nodes = super::node::hierarchy(&root, &[], limits.depth, &mut warnings).unwrap();
     part::place(&parts[0], nodes.last().unwrap()).unwrap()

@@ -431,9 +431,7 @@ impl<'a> Path<'a> {
         let (a, b) = (self.from(i + 1, i), self.from(i, i + 1));
         let e = self.segment(i, i + 1);
         let behind = |p: &Point, w: DVec3| {
-            matches!(p.bsdf, Bsdf::Dielectric(_))
-                && media.boundary(p.material) == Boundary::Local
-                && p.normal.as_dvec3().dot(w) < 0.0
+            p.bsdf.bounds_volume() && media.boundary(p.material) == Boundary::Local && p.normal.as_dvec3().dot(w) < 0.0
         };
         let sigma = if behind(a, e.direction) {
             media.absorption_behind(a.material)

@@ -21,9 +21,13 @@ pub struct Layers {
     pub coat_normal: Vec2,
     /// Whether that is the mesh's normal, and no texture's.
     pub coat_is_flat: bool,
-    /// sheenColor, in [0, 1].
+    /// What the coat has of its own, if it is one of `KHR_materials_coat`.
+    pub coating: Option<Coating>,
+    /// sheenColor or fuzzColor, in [0, 1].
     pub sheen: Rgb,
-    /// sheenRoughness, in [0, 1]; the sheen's α is its square.
+    /// fuzz, in [0, 1]: how much there is, if that is what it is.
+    pub fuzz: Option<f32>,
+    /// sheenRoughness or fuzzRoughness, in [0, 1]; the sheen's α is its square.
     pub sheen_roughness: f32,
     /// anisotropyStrength, in [0, 1].
     pub anisotropy: f32,
@@ -36,12 +40,30 @@ pub struct Layers {
     pub film_ior: f32,
     /// Its thickness, nanometres.
     pub film_thickness: f32,
+    /// diffuseRoughness, in [0, 1].
+    pub diffuse_roughness: f32,
     /// diffuseTransmission, in [0, 1].
     pub diffuse_transmission: f32,
     /// diffuseTransmissionColor, in [0, 1].
     pub diffuse_transmission_color: Rgb,
     /// The measured metal that the base is all of, whatever its colour and its metallic are.
     pub metal: Option<Metal>,
+}
+
+/// What a coat of `KHR_materials_coat` has beyond that of `KHR_materials_clearcoat`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Coating {
+    /// coatIor, at least 1, or 0 for a coat that reflects everything.
+    pub ior: f32,
+    /// coatColor, in [0, 1].
+    pub color: Rgb,
+    /// coatDarkening, in [0, 1].
+    pub darkening: f32,
+}
+
+impl Coating {
+    /// That of `KHR_materials_clearcoat`.
+    pub const CLEAR: Self = Self { ior: 1.5, color: Rgb::ONE, darkening: 0.0 };
 }
 
 impl Layers {
@@ -51,13 +73,16 @@ impl Layers {
         coat_roughness: 0.0,
         coat_normal: Vec2::ZERO,
         coat_is_flat: true,
+        coating: None,
         sheen: Rgb::ZERO,
+        fuzz: None,
         sheen_roughness: 0.0,
         anisotropy: 0.0,
         grain: Vec2::X,
         iridescence: 0.0,
         film_ior: 1.3,
         film_thickness: 400.0,
+        diffuse_roughness: 0.0,
         diffuse_transmission: 0.0,
         diffuse_transmission_color: Rgb::ONE,
         metal: None,
@@ -65,8 +90,9 @@ impl Layers {
 
     /// Whether there are any, which is known of the factors: what is zero there stays so.
     pub fn are_there(&self) -> bool {
-        let amounts = [self.coat, self.anisotropy, self.iridescence, self.diffuse_transmission];
-        self.metal.is_some() || self.sheen != Rgb::ZERO || amounts.into_iter().any(|amount| amount > 0.0)
+        let amounts = [self.coat, self.anisotropy, self.iridescence, self.diffuse_transmission, self.diffuse_roughness];
+        let sheen = self.fuzz.unwrap_or(self.sheen.max_element());
+        self.metal.is_some() || sheen > 0.0 || amounts.into_iter().any(|amount| amount > 0.0)
     }
 }
 
@@ -79,10 +105,16 @@ pub struct LayerMaps {
     pub coat_roughness: Option<Texture>,
     /// The coat's own normal texture. Without one its normal is the mesh's.
     pub coat_normal: Option<NormalMap>,
-    /// RGB: sheenColor, sRGB.
+    /// RGB: coatColor, sRGB.
+    pub coat_color: Option<Texture>,
+    /// RGB: sheenColor or fuzzColor, sRGB.
     pub sheen_color: Option<Texture>,
-    /// A: sheenRoughness.
+    /// A: sheenRoughness or fuzzRoughness.
     pub sheen_roughness: Option<Texture>,
+    /// R: fuzz.
+    pub fuzz: Option<Texture>,
+    /// R: diffuseRoughness.
+    pub diffuse_roughness: Option<Texture>,
     /// R and G: the direction of the grain along tangent and bitangent, 1/2 for 0. B: anisotropyStrength.
     pub anisotropy: Option<Texture>,
     /// R: iridescence.
@@ -103,8 +135,11 @@ impl LayerMaps {
         let all = [
             &self.coat,
             &self.coat_roughness,
+            &self.coat_color,
             &self.sheen_color,
             &self.sheen_roughness,
+            &self.fuzz,
+            &self.diffuse_roughness,
             &self.anisotropy,
             &self.iridescence,
             &self.film_thickness,
@@ -129,6 +164,15 @@ impl LayerMaps {
         }
         if let Some(texel) = lookup(&self.sheen_roughness) {
             layers.sheen_roughness *= texel.w;
+        }
+        if let Some((coating, texel)) = layers.coating.as_mut().zip(lookup(&self.coat_color)) {
+            coating.color *= Rgb::from(texel.truncate());
+        }
+        if let Some((fuzz, texel)) = layers.fuzz.as_mut().zip(lookup(&self.fuzz)) {
+            *fuzz *= texel.x;
+        }
+        if let Some(texel) = lookup(&self.diffuse_roughness) {
+            layers.diffuse_roughness *= texel.x;
         }
         if let Some(texel) = lookup(&self.anisotropy) {
             layers.anisotropy *= texel.z;

@@ -2,12 +2,15 @@
 
 use glam::{Vec2, Vec3, Vec4};
 
-pub use super::geometry::MaterialId;
 use super::{
-    bsdf::{Bsdf, Dielectric, Diffuse, Layered, Metal, MetallicRoughness, Surface, ThinDielectric},
+    bsdf::{Bsdf, Dielectric, Diffuse, Layered, Metal, MetallicRoughness, Passage, ThinDielectric},
     geometry::{Interpolation, Precedence, Role, TangentFrame, lifted},
-    layers::{LayerMaps, Layers},
+    layers::LayerMaps,
     texture::Texture,
+};
+pub use super::{
+    geometry::MaterialId,
+    parameters::{Boundary, Parameters},
 };
 use crate::math::Rgb;
 
@@ -33,118 +36,6 @@ pub struct Material {
     pub dispersion: f32,
     /// What varies over the surface, resolved at each hit; `None` for a material that is the same everywhere.
     pub maps: Option<Box<Maps>>,
-}
-
-/// A surface's parameters at one place, as glTF's metallic-roughness model and its extensions name them.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Parameters {
-    /// baseColor without its alpha, in [0, 1].
-    pub base_color: Rgb,
-    /// metallic, in [0, 1].
-    pub metallic: f32,
-    /// roughness, in [0, 1]; GGX's α is its square.
-    pub roughness: f32,
-    /// transmission, in [0, 1]; counts at a boundary that transmits.
-    pub transmission: f32,
-    /// specular, in [0, 1].
-    pub specular: f32,
-    /// specularColor, not negative.
-    pub specular_color: Rgb,
-    /// The index of refraction, at least 1, or 0 for a surface that reflects everything.
-    pub ior: f32,
-    /// What lies behind the surface.
-    pub boundary: Boundary,
-    /// What is added to the model; nothing at a boundary that transmits.
-    pub layers: Layers,
-}
-
-/// What lies behind a surface: a property of the whole material, whatever its textures say in one place.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Boundary {
-    /// Nothing that light could enter.
-    Opaque,
-    /// The other side of a thin wall: light passes without being refracted.
-    Thin,
-    /// A volume.
-    Volume,
-}
-
-impl Parameters {
-    /// A white Lambertian reflector.
-    pub const LAMBERT: Self = Self {
-        base_color: Rgb::ONE,
-        metallic: 0.0,
-        roughness: 1.0,
-        transmission: 0.0,
-        specular: 0.0,
-        specular_color: Rgb::ONE,
-        ior: 1.5,
-        boundary: Boundary::Opaque,
-        layers: Layers::NONE,
-    };
-
-    /// The BSDF of these parameters.
-    ///
-    /// | parameters | BSDF |
-    /// |---|---|
-    /// | metallic < 1/2 on the boundary of a volume | [`Bsdf::Dielectric`], transmission 0 included |
-    /// | metallic < 1/2 and transmission on a thin wall | [`Bsdf::Thin`] |
-    /// | layers | [`Bsdf::Layered`] |
-    /// | metallic 0, specular 0 | [`Bsdf::Diffuse`]: exactly Lambert |
-    /// | all else | [`Bsdf::MetallicRoughness`] |
-    ///
-    /// A metal does not transmit. Between metal and glass there is no BSDF of ours: the nearer of the two is taken.
-    pub fn bsdf(&self) -> Bsdf {
-        let Self { base_color: color, metallic, transmission, specular, specular_color, ior, .. } = *self;
-        let alpha = self.roughness * self.roughness;
-        if metallic < 0.5 && self.boundary == Boundary::Volume {
-            return Bsdf::Dielectric(Dielectric { color, ior, alpha, transmission });
-        }
-        if metallic < 0.5 && self.boundary == Boundary::Thin && transmission > 0.0 {
-            return Bsdf::Thin(ThinDielectric { color, ior, alpha, transmission });
-        }
-        // KHR_materials_specular: f0 = min(((ior − 1)/(ior + 1))² · specularColor, 1) · specular, f90 = specular.
-        let r = (ior - 1.0) / (ior + 1.0);
-        let dielectric_f0 = (specular_color * (r * r)).min(Rgb::ONE) * specular;
-        if self.layers.are_there() {
-            return self.layered(dielectric_f0);
-        }
-        if metallic == 0.0 && specular == 0.0 {
-            return Bsdf::Diffuse(Diffuse { albedo: color });
-        }
-        Bsdf::MetallicRoughness(MetallicRoughness {
-            base_color: color,
-            metallic,
-            alpha,
-            dielectric_f0,
-            dielectric_f90: specular,
-        })
-    }
-
-    fn layered(&self, f0: Rgb) -> Bsdf {
-        let layers = &self.layers;
-        Bsdf::Layered(Layered::new(&Surface {
-            base_color: self.base_color,
-            f0,
-            f90: self.specular,
-            metallic: self.metallic,
-            alpha: self.roughness * self.roughness,
-            coat: layers.coat,
-            coat_alpha: layers.coat_roughness * layers.coat_roughness,
-            coat_normal: layers.coat_normal,
-            coat_is_flat: layers.coat_is_flat,
-            sheen: layers.sheen,
-            sheen_alpha: layers.sheen_roughness * layers.sheen_roughness,
-            film: layers.iridescence,
-            film_ior: layers.film_ior,
-            film_thickness: layers.film_thickness,
-            anisotropy: layers.anisotropy,
-            tangent: layers.grain.to_angle(),
-            transmission: layers.diffuse_transmission,
-            transmission_color: layers.diffuse_transmission_color,
-            measured: layers.metal,
-        }))
-    }
 }
 
 /// What a material varies over its surface: its parameters as factors, and the textures and vertex colours that
@@ -416,6 +307,7 @@ impl Material {
         match (&self.maps, self.bsdf) {
             (Some(maps), _) => (maps.factors.boundary == Boundary::Volume).then_some(maps.factors.ior),
             (None, Bsdf::Dielectric(boundary)) => Some(boundary.ior),
+            (None, Bsdf::Layered(layered)) => layered.volume_ior(),
             (None, _) => None,
         }
     }
@@ -437,11 +329,15 @@ impl Material {
     pub fn role(&self) -> Role {
         let transmits = match &self.maps {
             Some(maps) => maps.factors.boundary == Boundary::Thin && maps.factors.transmission > 0.0,
-            None => matches!(self.bsdf, Bsdf::Thin(_)),
+            None => match &self.bsdf {
+                Bsdf::Thin(_) => true,
+                Bsdf::Layered(layered) => matches!(layered.surface().passage, Passage::Wall(_)),
+                _ => false,
+            },
         };
         let bounds_volume = match &self.maps {
             Some(maps) => maps.factors.boundary == Boundary::Volume,
-            None => matches!(self.bsdf, Bsdf::Dielectric(_)),
+            None => self.bsdf.bounds_volume(),
         };
         let precedence = match (self.emits(), transmits || bounds_volume) {
             (true, _) => Precedence::Emitter,

@@ -13,6 +13,7 @@ pub mod light;
 mod light_index;
 pub mod material;
 pub mod media;
+mod parameters;
 pub mod point;
 pub(crate) mod records;
 pub mod texture;
@@ -436,7 +437,7 @@ impl Scene {
     fn absorption_amid(media: &Media, [a, b]: [&Point; 2], ab: Vec3, medium: MediumId) -> Rgb {
         let behind = |p: &Point, w: Vec3| {
             let behind = p.normal.dot(w) < 0.0;
-            matches!(p.bsdf, Bsdf::Dielectric(_)) && behind && media.boundary(p.material) == Boundary::Local
+            p.bsdf.bounds_volume() && behind && media.boundary(p.material) == Boundary::Local
         };
         if behind(a, ab) {
             media.absorption_behind(a.material)
@@ -449,11 +450,13 @@ impl Scene {
 
     /// How the surface scatters at `point` where it separates its material's volume from empty space, resolved anew.
     pub fn bsdf_at(&self, point: &Point) -> Bsdf {
-        // No medium changes layers, which know their directions at the point.
-        if matches!(point.bsdf, Bsdf::Layered(_)) {
-            return point.bsdf;
-        }
         let material = self.material(point.material);
+        // Layers know their directions at the point, and a medium changes no more than what is relative to it.
+        if matches!(point.bsdf, Bsdf::Layered(_)) {
+            let mut bsdf = point.bsdf;
+            material.volume_ior().into_iter().for_each(|ior| bsdf.set_volume_ior(ior));
+            return bsdf;
+        }
         material.bsdf_at(|| self.geometry.attributes(point.primitive, point.barycentric))
     }
 
@@ -487,5 +490,5 @@ impl Scene {
 
 /// Whether a scene that culls hides this material's back faces from the camera.
 fn hides_back_faces(material: &Material) -> bool {
-    material.back_faces == BackFaces::Culled && !matches!(material.bsdf, Bsdf::Dielectric(_))
+    material.back_faces == BackFaces::Culled && !material.bsdf.bounds_volume()
 }

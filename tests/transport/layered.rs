@@ -14,7 +14,7 @@ use pathspace::{
         geometry::Geometry,
         layers::{LayerMaps, Layers},
         light::Light,
-        material::{Maps, Material, MaterialId, Parameters},
+        material::{Boundary, Maps, Material, MaterialId, Parameters},
         texture::{Encoding, Image, Texels, Texture},
     },
 };
@@ -96,6 +96,58 @@ fn every_path_is_as_defined() {
 fn every_strategy_sees_the_same() {
     let scene = room(scenes::square(16, Filter::Box));
     where_all_cover_within(0.05, "layers", &scene, &[Path, LightTracing, Hybrid, Bdpt], 2..=4);
+}
+
+/// Layers on what transmits, under a lamp and a sky: a coated ball that absorbs and disperses, one under a film that
+/// lies in another under sheen, so that their bodies overlap, one between metal and glass, and a pane of many layers.
+pub fn vitrine(sensor: Sensor) -> Scene {
+    let glass = Parameters {
+        base_color: Rgb::new(0.9, 0.95, 0.8),
+        transmission: 1.0,
+        roughness: 0.5,
+        boundary: Boundary::Volume,
+        ..PLASTIC
+    };
+    let water = Parameters { ior: 1.33, base_color: Rgb::ONE, ..glass };
+    let film = Layers { iridescence: 1.0, film_ior: 1.8, film_thickness: 420.0, ..Layers::NONE };
+    let velvet = Layers { sheen: Rgb::new(0.6, 0.8, 0.7), sheen_roughness: 0.7, ..Layers::NONE };
+    let brushed = Layers { anisotropy: 0.7, ..varnish(0.8) };
+    let none = LayerMaps::default;
+    let mut coated = material("coated", varnish(1.0), glass, none());
+    (coated.absorption, coated.dispersion) = (Rgb::new(0.5, 1.0, 2.0), 1.0);
+    let materials = vec![
+        material("floor", varnish(1.0), PLASTIC, none()),
+        coated,
+        material("film", film, Parameters { roughness: 0.4, ..glass }, none()),
+        material("wet velvet", velvet, Parameters { roughness: 0.6, ..water }, none()),
+        material("half metal", varnish(0.5), Parameters { metallic: 0.5, ..glass }, none()),
+        material("pane", brushed, Parameters { boundary: Boundary::Thin, transmission: 0.8, ..glass }, none()),
+        Material::diffuse("lamp", Rgb::ZERO).emitting(Rgb::new(6.0, 5.0, 4.0)),
+    ];
+    let mut g = Geometry::default();
+    let v = Vec3::new;
+    quad(&mut g, [v(-1.2, -1., 1.2), v(1.2, -1., 1.2), v(1.2, -1., -1.2), v(-1.2, -1., -1.2)], 2.0, 0);
+    g.add_sphere(v(-0.55, -0.6, 0.0), 0.35, MaterialId(1));
+    g.add_sphere(v(0.4, -0.55, -0.3), 0.25, MaterialId(2));
+    g.add_sphere(v(0.5, -0.5, -0.1), 0.35, MaterialId(3));
+    g.add_sphere(v(0.05, -0.8, 0.5), 0.18, MaterialId(4));
+    quad(&mut g, [v(-0.9, -0.9, -0.6), v(0.1, -0.9, -0.8), v(0.1, 0.1, -0.8), v(-0.9, 0.1, -0.6)], 1.0, 5);
+    scenes::quad(&mut g, [v(-0.7, 1.0, -0.7), v(0.7, 1.0, -0.7), v(0.7, 1.0, 0.7), v(-0.7, 1.0, 0.7)], 6);
+    let sky = Light::Environment { radiance: Rgb::new(0.4, 0.5, 0.6) };
+    let camera = Camera::look_at(v(0.1, 0.2, 1.9), v(0.0, -0.55, -0.4), Vec3::Y, 0.8, sensor);
+    Scene::new(g, materials, &[sky], camera)
+}
+
+#[test]
+fn every_path_through_layered_glass_is_as_defined() {
+    let scene = vitrine(scenes::square(24, Filter::BlackmanHarris));
+    assert_identity_by(&scenes::WEIGHTED, "layered glass", &scene, 2);
+}
+
+#[test]
+fn every_strategy_sees_the_same_through_layered_glass() {
+    let scene = vitrine(scenes::square(16, Filter::Box));
+    where_all_cover_within(0.05, "layered glass", &scene, &[Path, LightTracing, Hybrid, Bdpt], 2..=4);
 }
 
 /// By how much the page of KHR_materials_clearcoat darkens what is emitted at this angle: `1 - clearcoat_fresnel`.

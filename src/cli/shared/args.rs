@@ -5,7 +5,7 @@ use std::{path::PathBuf, time::Duration};
 use pathspace::{
     film::Crop,
     integrator::IntegratorKind,
-    io::{Limits, LoadOptions, Outside, PosedAt, Required},
+    io::{Drafts, Limits, LoadOptions, Outside, PosedAt, Required},
     path::Roulette,
     scene::{geometry::BuildEffort, light::LightChoice},
     verify::Budget,
@@ -121,6 +121,10 @@ pub struct LoadArgs {
     /// Read a file although it requires a material extension that is not supported: its materials will look wrong
     #[arg(long)]
     ignore_required: bool,
+
+    /// Read material extensions that are drafts (coat, fuzz, diffuse roughness): what their pages say may still change
+    #[arg(long)]
+    drafts: bool,
 }
 
 impl LoadArgs {
@@ -138,8 +142,10 @@ impl LoadArgs {
     pub fn options<'a>(&'a self, scene: Option<&'a str>) -> LoadOptions<'a> {
         let outside = if self.allow_outside { Outside::Allowed } else { Outside::Refused };
         let required = if self.ignore_required { Required::MaterialsIgnored } else { Required::Honoured };
+        let drafts = if self.drafts { Drafts::Read } else { Drafts::LeftOut };
         let at = self.at.map(|seconds| PosedAt { seconds, animation: self.animation.as_deref() });
-        LoadOptions { scene, variant: self.variant.as_deref(), at, limits: self.limits(), outside, required }
+        let (variant, limits) = (self.variant.as_deref(), self.limits());
+        LoadOptions { scene, variant, at, limits, outside, required, drafts }
     }
 }
 

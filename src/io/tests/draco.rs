@@ -41,7 +41,7 @@ fn torus(vector: &Value) -> Value {
 
 fn read(document: &Value, limits: Limits) -> Result<Buffers, String> {
     let text = document.to_string();
-    let root = document::parse(text.as_bytes(), Required::Honoured, "x", &mut Vec::new()).unwrap();
+    let root = document::parse(text.as_bytes(), Policy::default(), "x", &mut Vec::new()).unwrap();
     let place = Place { folder: Path::new("."), limits, outside: LoadOptions::default().outside };
     let checked = accessor::check(&root, &limits).and_then(|()| buffer::read(&root, None, place, &mut Hash::new()));
     checked.map_err(|fault| fault.at("x.gltf").to_string())

@@ -145,9 +145,9 @@ fn extensions_by_name() {
     let textures = json!(["EXT_texture_avif", "EXT_meshopt_compression", "MSFT_texture_dds"]);
     let help = "“gltf-transform png IN.glb OUT.glb” turns its textures into PNG, save its textures as PNG; export";
     refused(&with("/extensionsRequired", textures), &[help]);
-    let used = load(&with("/extensionsUsed", json!(["KHR_xmp", "KHR_materials_ior"]))).unwrap();
+    let used = load(&with("/extensionsUsed", json!(["ACME_xmp", "KHR_materials_ior"]))).unwrap();
     assert_eq!(used.warnings.len(), 1);
-    assert!(used.warnings[0].contains("“KHR_xmp”"));
+    assert!(used.warnings[0].contains("“ACME_xmp”"));
 }
 
 #[test]
@@ -207,6 +207,15 @@ fn spheres_lights_and_cameras_out_of_bounds() {
     let bright = json!({ "KHR_materials_emissive_strength": { "emissiveStrength": 1e31 } });
     let bright = json!([{ "emissiveFactor": [1, 1, 1], "extensions": bright }]);
     refused(&with("/materials", bright), &["/materials/0/emissiveFactor", "1e30 is the limit"]);
+}
+
+#[test]
+fn metadata_is_no_reason_for_a_warning() {
+    let names = json!(["EXT_mesh_features", "EXT_structural_metadata", "KHR_xmp", "KHR_xmp_json_ld"]);
+    let mut document = changed(triangle(), "/extensionsUsed", names.clone());
+    assert_eq!(load(&document).unwrap().warnings, Vec::<String>::new());
+    document["extensionsRequired"] = names;
+    assert_eq!(load(&document).unwrap().warnings, Vec::<String>::new());
 }
 
 #[test]

@@ -11,7 +11,7 @@ use super::{
 use crate::{
     math::{Frame, Rgb},
     scene::{
-        bsdf::Bsdf,
+        bsdf::{Bsdf, Clear, Passage, Surface},
         geometry::{PrimitiveId, TangentFrame},
         layers::{LayerMaps, Layers},
         texture::srgb_to_linear,
@@ -156,6 +156,38 @@ fn a_coat_without_a_normal_texture_has_the_meshs_normal() {
     assert_eq!(coated.coat_normal, Vec2::ZERO);
 }
 
+/// What a material with these extensions transmits through, and what is said of it.
+fn passage(extensions: &Value, metallic: f32) -> (Surface, Vec<String>) {
+    let pbr = json!({ "metallicFactor": metallic, "roughnessFactor": 0.5 });
+    let material = json!({ "pbrMetallicRoughness": pbr, "extensions": extensions });
+    let loaded = load(&changed(triangle(), "/materials", json!([material]))).unwrap();
+    let Bsdf::Layered(layered) = loaded.materials[0].bsdf else { panic!("{:?}", loaded.materials[0].bsdf) };
+    (layered.surface(), loaded.warnings)
+}
+
+#[test]
+fn what_transmits_has_layers_as_anything_else() {
+    let transmission = json!({ "transmissionFactor": 1.0 });
+    let volume = json!({ "thicknessFactor": 1.0 });
+    let layers = [
+        json!({ "KHR_materials_clearcoat": { "clearcoatFactor": 1.0 } }),
+        json!({ "KHR_materials_sheen": { "sheenColorFactor": [1, 1, 1] } }),
+        json!({ "KHR_materials_iridescence": { "iridescenceFactor": 1.0 } }),
+        json!({ "KHR_materials_anisotropy": { "anisotropyStrength": 1.0 } }),
+        json!({ "KHR_materials_specular": { "specularColorFactor": [1.0, 0.5, 0.0] } }),
+    ];
+    for mut extensions in layers {
+        extensions["KHR_materials_transmission"] = transmission.clone();
+        extensions["KHR_materials_ior"] = json!({ "ior": 1.25 });
+        let (wall, warnings) = passage(&extensions, 0.25);
+        assert!(matches!(wall.passage, Passage::Wall(Clear { fraction: 1.0, ior: 1.25 })), "{wall:?}");
+        assert!((wall.metallic - 0.25).abs() < 2e-3 && warnings.is_empty(), "{wall:?} {warnings:?}");
+        extensions["KHR_materials_volume"] = volume.clone();
+        let (body, _) = passage(&extensions, 0.0);
+        assert!(matches!(body.passage, Passage::Volume(Clear { fraction: 1.0, ior: 1.25 })), "{body:?}");
+    }
+}
+
 #[test]
 fn speculars_and_glossiness_are_converted() {
     let name = "KHR_materials_pbrSpecularGlossiness";
@@ -202,11 +234,11 @@ fn what_is_wrong_or_left_out_is_said_in_a_sentence() {
         "pbrMetallicRoughness": { "metallicFactor": 0.0 },
         "extensions": {
             "KHR_materials_transmission": { "transmissionFactor": 1.0 },
-            "KHR_materials_clearcoat": { "clearcoatFactor": 1.0 },
+            "KHR_materials_diffuse_transmission": { "diffuseTransmissionFactor": 1.0 },
         },
     });
     let warnings = load(&textured(&one_texel([255; 4]), &glass)).unwrap().warnings;
-    assert!(warnings.iter().any(|w| w.contains("KHR_materials_clearcoat is not applied")), "{warnings:?}");
+    assert!(warnings.iter().any(|w| w.contains("diffuse_transmission is not applied")), "{warnings:?}");
     let lamp = json!({
         "emissiveFactor": [0.0, 1.0, 0.0], "extensions": { "KHR_materials_clearcoat": { "clearcoatFactor": 1.0 } },
     });

@@ -39,7 +39,7 @@ pub use diffuse::Diffuse;
 pub use directions::Directions;
 pub use emission::OverEmission;
 pub use glass::Glass;
-pub use layered::{Layered, Surface};
+pub use layered::{Clear, Emission, Layered, Passage, SheenPlace, Surface};
 pub use metal::Metal;
 pub use metallic_roughness::MetallicRoughness;
 pub use mirror::Mirror;
@@ -241,7 +241,7 @@ pub enum Bsdf {
     Dielectric(Dielectric),
     /// A thin-walled transmitting surface.
     Thin(ThinDielectric),
-    /// An opaque surface in layers.
+    /// A surface in layers.
     Layered(Layered),
 }
 
@@ -365,6 +365,12 @@ impl Bsdf {
         }
     }
 
+    /// Whether the surface may scatter to its other side.
+    #[inline]
+    pub fn transmits(&self) -> bool {
+        matches!(self, Self::Dielectric(_) | Self::Thin(_)) || self.continuous_transmits()
+    }
+
     /// The path-class event: a deterministic function of the lobe and the two directions.
     #[inline]
     pub fn event(&self, lobe: Lobe, to_camera: Vec3, to_light: Vec3) -> ScatterEvent {
@@ -379,7 +385,28 @@ impl Bsdf {
     pub fn relative_ior(&self, to_camera: Vec3, to_light: Vec3) -> f32 {
         match self {
             Self::Dielectric(d) => d.relative_ior(to_camera, to_light),
+            Self::Layered(l) => l.relative_ior(to_camera, to_light),
             _ => 1.0,
+        }
+    }
+
+    /// Whether a volume lies behind the surface.
+    #[inline(always)]
+    pub fn bounds_volume(&self) -> bool {
+        match self {
+            Self::Dielectric(_) => true,
+            Self::Layered(l) => l.bounds_volume(),
+            _ => false,
+        }
+    }
+
+    /// Makes `ior` the index of refraction of the volume behind the surface relative to that in front of it; without a
+    /// volume nothing.
+    pub fn set_volume_ior(&mut self, ior: f32) {
+        match self {
+            Self::Dielectric(d) => d.ior = ior,
+            Self::Layered(l) => *l = l.with_volume_ior(ior),
+            _ => {}
         }
     }
 }

@@ -65,7 +65,9 @@ fn layered() -> impl Iterator<Item = (&'static str, Bsdf)> {
     let sheen = Surface { sheen: Rgb::new(1.0, 0.8, 0.6), sheen_alpha: 0.2, ..plastic };
     let film = Surface { film: 1.0, film_ior: 1.5, film_thickness: 450.0, ..metal };
     let grain = Surface { anisotropy: 0.7, tangent: 0.6, ..metal };
-    let leaf = Surface { transmission: 0.6, transmission_color: Rgb::new(0.2, 0.9, 0.3), ..plastic };
+    let leaf = Surface { passage: Passage::Leaf { fraction: 0.6, color: Rgb::new(0.2, 0.9, 0.3) }, ..plastic };
+    let clear = Clear { fraction: 1.0, ior: 1.5 };
+    let coloured = Surface { coat_f0: 0.09, coat_color: red, coat_darkening: 0.8, ..coat };
     let all = Surface {
         coat: 0.6,
         coat_alpha: 0.2,
@@ -92,6 +94,21 @@ fn layered() -> impl Iterator<Item = (&'static str, Bsdf)> {
         ("tungsten, rough", Surface { measured: Metal::named("W"), alpha: 0.8, ..Surface::LAMBERT }),
         ("chromium under a coat", Surface { measured: Metal::named("Cr"), ..coat }),
         ("leaf", leaf),
+        ("coat over glass", Surface { passage: Passage::Volume(clear), ..coat }),
+        ("coat over half of a pane", Surface { passage: Passage::Wall(Clear { fraction: 0.5, ..clear }), ..coat }),
+        ("sheen over glass", Surface { passage: Passage::Volume(clear), ..sheen }),
+        ("film on glass", Surface { passage: Passage::Volume(clear), metallic: 0.0, ..film }),
+        ("film on a pane", Surface { passage: Passage::Wall(clear), metallic: 0.0, ..film }),
+        ("glass with a grain", Surface { passage: Passage::Volume(clear), metallic: 0.0, ..grain }),
+        (
+            "glass, tinted specular",
+            Surface { f0: Rgb::new(0.04, 0.02, 0.0), passage: Passage::Volume(clear), ..plastic },
+        ),
+        ("between metal and glass", Surface { passage: Passage::Volume(clear), metallic: 0.4, ..coat }),
+        ("rough diffuse", Surface { diffuse_roughness: 1.0, alpha: 0.5, ..plastic }),
+        ("rough leaf", Surface { diffuse_roughness: 0.7, ..leaf }),
+        ("coloured coat", coloured),
+        ("fuzz", Surface { sheen_place: SheenPlace::OverAll { cover: 0.9 }, coat: 0.7, coat_alpha: 0.3, ..sheen }),
         ("all layers", all),
     ]
     .map(|(name, surface)| (name, Bsdf::Layered(Layered::new(&surface))))
@@ -324,7 +341,15 @@ fn any_bsdf() -> impl Strategy<Value = Bsdf> {
                     film_thickness: 1000.0 * fraction,
                     anisotropy: f0 * fraction,
                     tangent: ior,
-                    transmission: fraction,
+                    diffuse_roughness: f0,
+                    coat_color: color,
+                    coat_darkening: f90,
+                    sheen_place: if f90 == 1.0 { SheenPlace::OverAll { cover: f0 } } else { SheenPlace::UnderCoat },
+                    passage: match (f0 < 0.3, f90 < 0.5) {
+                        (true, true) => Passage::Wall(Clear { fraction, ior }),
+                        (true, false) => Passage::Volume(Clear { fraction, ior }),
+                        _ => Passage::Leaf { fraction, color },
+                    },
                     ..Surface::LAMBERT
                 })),
                 _ => Bsdf::Thin(ThinDielectric { color, ior, alpha, transmission: fraction }),

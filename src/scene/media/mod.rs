@@ -17,7 +17,7 @@ use self::start::{Places, Start};
 pub use self::walk::Inside;
 pub use super::id::MediumId;
 use super::{
-    bsdf::Bsdf,
+    bsdf::{Bsdf, Dielectric},
     geometry::{Bounds, Form, Geometry, PrimitiveId, Ray, Shells},
     light::Lights,
     material::{AlphaMode, Material, MaterialId},
@@ -350,18 +350,17 @@ impl Media {
         [front, behind]: [MediumId; 2],
         wavelength: Option<Wavelength>,
     ) {
-        let Bsdf::Dielectric(boundary) = bsdf else { return };
+        if !bsdf.bounds_volume() {
+            return;
+        }
         let before = self.index(front).at(wavelength);
         let ratio = |behind: f32| if before > 0.0 { behind / before } else { behind };
         match self.boundary(material) {
             Boundary::Body(_) if front == behind => {
-                boundary.color = Rgb::ONE;
-                boundary.ior = 1.0;
-                boundary.alpha = 0.0;
-                boundary.transmission = 1.0;
+                *bsdf = Bsdf::Dielectric(Dielectric { color: Rgb::ONE, ior: 1.0, alpha: 0.0, transmission: 1.0 });
             }
-            Boundary::Body(_) => boundary.ior = ratio(self.index(behind).at(wavelength)),
-            Boundary::Local => boundary.ior = ratio(self.index_behind(material).at(wavelength)),
+            Boundary::Body(_) => bsdf.set_volume_ior(ratio(self.index(behind).at(wavelength))),
+            Boundary::Local => bsdf.set_volume_ior(ratio(self.index_behind(material).at(wavelength))),
             Boundary::Nothing => {}
         }
     }

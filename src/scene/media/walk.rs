@@ -83,7 +83,7 @@ impl Inside {
         let leaves = point.normal.dot(w) > 0.0;
         let boundary = media.boundary(point.material);
         let near = self.come_near(boundary, leaves);
-        let transmits = matches!(point.bsdf, Bsdf::Dielectric(_) | Bsdf::Thin(_)) || point.bsdf.continuous_transmits();
+        let transmits = point.bsdf.transmits();
         let far = if media.meet && (transmits || matches!(boundary, Boundary::Body(_))) {
             self.beyond = Beyond::Other;
             self.other = self.within;

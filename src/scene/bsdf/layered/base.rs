@@ -1,9 +1,10 @@
 //! The base's interface: metal and dielectric as in [`MetallicRoughness`](super::super::MetallicRoughness), with a
-//! grain (`KHR_materials_anisotropy`) and a thin film (`KHR_materials_iridescence`).
+//! grain (`KHR_materials_anisotropy`) and a thin film (`KHR_materials_iridescence`). What is clear of the dielectric
+//! has a boundary of its own, [`clear`](super::clear).
 
 use glam::Vec3;
 
-use super::{End, Part, Stack};
+use super::{End, Part, Stack, diffuse, film::Film};
 use crate::{
     math::Rgb,
     scene::bsdf::{
@@ -41,10 +42,15 @@ fn both(s: &Stack, cos: f32) -> [Rgb; 2] {
 
 fn with_film(s: &Stack, [dielectric, metal]: [Rgb; 2], cos: f32) -> [Rgb; 2] {
     let (p, Some(film)) = (&s.surface, &s.film) else { return [dielectric, metal] };
+    [dielectric.lerp(under_film(s, film, cos), p.film), metal.lerp(film.reflectance(p.base_color, cos), p.film)]
+}
+
+/// Reflectance of the dielectric wholly under the film.
+pub(super) fn under_film(s: &Stack, film: &Film, cos: f32) -> Rgb {
     // f0 holds the factor `specular`, which weighs the film's reflectance as a whole.
+    let p = &s.surface;
     let plain = if p.f90 > 0.0 { p.f0 * (1.0 / p.f90) } else { Rgb::ZERO };
-    let of_dielectric = film.reflectance(plain, cos) * p.f90;
-    [dielectric.lerp(of_dielectric, p.film), metal.lerp(film.reflectance(p.base_color, cos), p.film)]
+    film.reflectance(plain, cos) * p.f90
 }
 
 /// Mean reflectance of dielectric and metal over all directions.
@@ -61,7 +67,7 @@ pub(super) fn means(s: &Stack) -> [Rgb; 2] {
 /// Reflectance of a facet met with this cosine.
 fn reflectance(s: &Stack, cos: f32) -> Rgb {
     let [dielectric, metal] = both(s, cos);
-    dielectric * (1.0 - s.surface.metallic) + metal * s.surface.metallic
+    dielectric * s.opaque + metal * s.surface.metallic
 }
 
 /// 1 − E of the dielectric's interface: what it leaves to what is diffuse.
@@ -71,6 +77,12 @@ pub(super) fn passed(s: &Stack, end: &End) -> f32 {
     }
     let [dielectric, _] = both(s, end.facet_cos);
     (1.0 - dielectric.max_element()) * (1.0 - end.split.missing) + (1.0 - s.interface_multiple) * end.split.missing
+}
+
+/// About the base's mean albedo, with what is diffuse and what is clear.
+pub(super) fn albedo_of_all(s: &Stack) -> Rgb {
+    let interface = mean_reflectance(s.interface.f0, s.interface.f90);
+    s.mean + diffuse::albedo(s) * (1.0 - interface)
 }
 
 /// E of metal and dielectric, in the brightest channel.
@@ -90,7 +102,7 @@ impl Part for Reflection {
         if facet.value == 0.0 {
             return Rgb::ZERO;
         }
-        reflectance(s, facet.cos) * (facet.value * a.through.min(b.through))
+        reflectance(s, facet.cos) * (facet.value * a.through.min(b.through)) * (a.tint * b.tint)
     }
 
     fn weight(&self, s: &Stack, from: &End) -> f32 {
@@ -99,10 +111,8 @@ impl Part for Reflection {
         from.through * reflectance(s, from.facet_cos).max_element().max(seen) * (1.0 - from.split.missing)
     }
 
-    fn sample(&self, s: &Stack, from: &End, u: [f32; 2]) -> Vec3 {
-        let w = mirror(from.along_grain, s.facets.sample_visible(from.along_grain, u));
-        let [cos, sin] = s.grain;
-        if s.surface.anisotropy > 0.0 { Vec3::new(cos * w.x - sin * w.y, cos * w.y + sin * w.x, w.z) } else { w }
+    fn sample(&self, s: &Stack, from: &End, [u, v, _]: [f32; 3]) -> Vec3 {
+        s.out_of_grain(mirror(from.along_grain, s.facets.sample_visible(from.along_grain, [u, v])))
     }
 
     fn density(&self, s: &Stack, from: &End, to: &End) -> f32 {
@@ -112,15 +122,16 @@ impl Part for Reflection {
 
 impl Part for BetweenFacets {
     fn value(&self, s: &Stack, a: &End, b: &End) -> Rgb {
-        s.multiple * (product_lobe(a.split.missing, b.split.missing, s.average.missing) * a.through.min(b.through))
+        let lobe = product_lobe(a.split.missing, b.split.missing, s.average.missing);
+        s.multiple * (lobe * a.through.min(b.through)) * (a.tint * b.tint)
     }
 
     fn weight(&self, s: &Stack, from: &End) -> f32 {
         from.through * s.multiple.max_element() * from.split.missing
     }
 
-    fn sample(&self, s: &Stack, _: &End, u: [f32; 2]) -> Vec3 {
-        s.grazing.sample(Vec3::Z, u, true)
+    fn sample(&self, s: &Stack, _: &End, [u, v, _]: [f32; 3]) -> Vec3 {
+        s.grazing.sample(Vec3::Z, [u, v], true)
     }
 
     fn density(&self, s: &Stack, _: &End, to: &End) -> f32 {

@@ -1,12 +1,17 @@
-//! A clear coat (`KHR_materials_clearcoat`): a GGX interface of index 1.5 over all else, with a normal of its own.
+//! A clear coat: a GGX interface over all else, with a normal of its own. That of `KHR_materials_clearcoat` has an
+//! index of 1.5; that of `KHR_materials_coat` has one of its own, and a colour, and darkens what lies below.
 
 use glam::{Vec2, Vec3};
 
-use super::{COAT, End, Part, Stack, Surface, base::mirror};
+use super::{Emission, End, Part, Stack, Surface, base, base::mirror};
 use crate::{
     math::{Frame, Rgb},
     scene::{
-        bsdf::{albedo::Split, fresnel, layer::product_lobe},
+        bsdf::{
+            albedo::Split,
+            fresnel,
+            layer::{mean_reflectance, product_lobe},
+        },
         tilt::Tilt,
     },
 };
@@ -50,13 +55,54 @@ fn upright(normal: Vec2) -> Vec3 {
 /// What the coat leaves of the light that `surface` emits below it in the direction `w` over N_s:
 /// 1 − coat · F(|ω·N_coat|), F after Schlick (`KHR_materials_clearcoat`, "Emission"). Its roughness does not count.
 pub(super) fn passes_emission(surface: &Surface, w: Vec3) -> f32 {
+    if surface.emission == Emission::OverAll {
+        return 1.0;
+    }
     let cos = if surface.coat_normal == Vec2::ZERO { w.z } else { w.dot(upright(surface.coat_normal)) };
-    1.0 - surface.coat * (COAT.f0 + (COAT.f90 - COAT.f0) * fresnel::schlick_power(cos.abs()))
+    1.0 - surface.coat * (surface.coat_f0 + (1.0 - surface.coat_f0) * fresnel::schlick_power(cos.abs()))
 }
 
 /// The cosine-weighted mean of [`passes_emission`] over the hemisphere: Schlick's (1 − cos)⁵ has the mean 1/21.
 pub(super) fn passes_emission_on_average(surface: &Surface) -> f32 {
-    1.0 - surface.coat * (COAT.f0 + (COAT.f90 - COAT.f0) / 21.0)
+    if surface.emission == Emission::OverAll {
+        return 1.0;
+    }
+    1.0 - surface.coat * mean_reflectance(surface.coat_f0, 1.0)
+}
+
+/// The index of refraction of an interface with this reflectance at normal incidence.
+pub(super) fn ior(f0: f32) -> f32 {
+    let root = f0.min(0.999).sqrt();
+    (1.0 + root) / (1.0 - root)
+}
+
+/// The hue of what a coloured coat lets pass, one way: the root of mix(1, colour^(1/cos θ_t), coat), since the colour
+/// is that of light which crosses the coat twice along its normal, and the way through it grows as 1/cos θ_t
+/// (`KHR_materials_coat`, "View-Dependent Absorption").
+pub(super) fn tint(s: &Stack, cos: f32) -> Rgb {
+    let color = s.surface.coat_color;
+    if color == Rgb::ONE {
+        return color;
+    }
+    let cos_t = fresnel::refracted_cos(cos, ior(s.surface.coat_f0)).max(1e-3);
+    Rgb::ONE.lerp(color.map(|c| c.powf(1.0 / cos_t)), s.surface.coat).map(f32::sqrt)
+}
+
+/// What is left of light that goes to and fro between coat and base, to the extent that the surface has that
+/// (OpenPBR 1.1, "Coat darkening"): (1 − K)/(1 − E K) for a base of albedo E. The coat sends the fraction K back down:
+/// of diffuse light 1 − (1 − F)/η², F its mean reflectance from above, since what is beyond the critical angle never
+/// gets out; of what a smooth base mirrors, F.
+pub(super) fn darkening(s: &Stack) -> Rgb {
+    let p = &s.surface;
+    let amount = p.coat * p.coat_darkening;
+    if amount == 0.0 {
+        return Rgb::ONE;
+    }
+    let (mean, eta) = (mean_reflectance(p.coat_f0, 1.0), ior(p.coat_f0));
+    let diffuse = 1.0 - (1.0 - mean) / (eta * eta);
+    let rough = 1.0 - p.metallic * (1.0 - p.alpha.sqrt());
+    let back = mean + (diffuse - mean) * rough;
+    base::albedo_of_all(s).map(|e| 1.0 + amount * ((1.0 - back) / (1.0 - e * back) - 1.0))
 }
 
 /// What the coat's facets reflect at once.
@@ -71,7 +117,7 @@ pub(super) fn albedo(s: &Stack, cos: f32) -> f32 {
         return 0.0;
     }
     let split = Split::towards(cos, s.surface.coat_alpha);
-    s.surface.coat * (COAT.single(split) + s.coat_multiple * split.missing)
+    s.surface.coat * (s.coat.single(split) + s.coat_multiple * split.missing)
 }
 
 /// |ω·N_coat|/|ω_s·N_s| dω/dω_s of the second direction: see [`super`].
@@ -81,24 +127,27 @@ fn bent(s: &Stack, light: &End) -> f32 {
 
 impl Part for Coating {
     fn value(&self, s: &Stack, camera: &End, light: &End) -> Rgb {
-        if s.surface.coat == 0.0 {
+        if s.surface.coat == 0.0 || !camera.covered {
             return Rgb::ZERO;
         }
         let facet = s.coat_facets.reflect(camera.over_coat, light.over_coat);
         let power = fresnel::schlick_power(facet.cos);
-        Rgb::splat(s.surface.coat * (COAT.f0 + (COAT.f90 - COAT.f0) * power) * facet.value * bent(s, light))
+        let reflectance = s.coat.f0 + (s.coat.f90 - s.coat.f0) * power;
+        let reaches = camera.to_coat.min(light.to_coat);
+        Rgb::splat(s.surface.coat * reflectance * facet.value * bent(s, light) * reaches)
     }
 
     fn weight(&self, s: &Stack, from: &End) -> f32 {
-        if from.over_coat.z > 0.0 { s.surface.coat * COAT.single(from.coat_split) } else { 0.0 }
+        let is_met = from.covered && from.over_coat.z > 0.0;
+        if is_met { s.surface.coat * s.coat.single(from.coat_split) * from.to_coat } else { 0.0 }
     }
 
-    fn sample(&self, s: &Stack, from: &End, u: [f32; 2]) -> Vec3 {
-        let h = s.coat_facets.sample_visible(from.over_coat, u);
+    fn sample(&self, s: &Stack, from: &End, [u, v, _]: [f32; 3]) -> Vec3 {
+        let h = s.coat_facets.sample_visible(from.over_coat, [u, v]);
         let w = mirror(from.over_coat, h);
         // What goes below the coat would meet another of its facets.
         if w.z <= 0.0 {
-            return -Vec3::Z;
+            return Vec3::ZERO;
         }
         s.coat_axes.as_ref().map_or(w, |axes| axes.under(w))
     }
@@ -110,19 +159,19 @@ impl Part for Coating {
 
 impl Part for BetweenFacets {
     fn value(&self, s: &Stack, camera: &End, light: &End) -> Rgb {
-        if s.surface.coat == 0.0 || camera.over_coat.z <= 0.0 || light.over_coat.z <= 0.0 {
+        if s.surface.coat == 0.0 || !camera.covered || camera.over_coat.z <= 0.0 || light.over_coat.z <= 0.0 {
             return Rgb::ZERO;
         }
         let lobe = product_lobe(camera.coat_split.missing, light.coat_split.missing, s.coat_average.missing);
-        Rgb::splat(s.surface.coat * s.coat_multiple * lobe * bent(s, light))
+        Rgb::splat(s.surface.coat * s.coat_multiple * lobe * bent(s, light) * camera.to_coat.min(light.to_coat))
     }
 
     fn weight(&self, s: &Stack, from: &End) -> f32 {
-        s.surface.coat * s.coat_multiple * from.coat_split.missing
+        s.surface.coat * s.coat_multiple * from.coat_split.missing * from.to_coat
     }
 
-    fn sample(&self, s: &Stack, _: &End, u: [f32; 2]) -> Vec3 {
-        s.coat_grazing.sample(Vec3::Z, u, true)
+    fn sample(&self, s: &Stack, _: &End, [u, v, _]: [f32; 3]) -> Vec3 {
+        s.coat_grazing.sample(Vec3::Z, [u, v], true)
     }
 
     fn density(&self, s: &Stack, _: &End, to: &End) -> f32 {

@@ -7,6 +7,8 @@ use std::f32::consts::{FRAC_1_PI, TAU};
 
 use glam::Vec3;
 
+use crate::scene::bsdf::GRAZING;
+
 /// A microsurface whose slopes have the scales `x` and `y` along these axes.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Facets {
@@ -14,11 +16,13 @@ pub(super) struct Facets {
     pub y: f32,
 }
 
-/// The facet that mirrors one direction into another, before Fresnel's factor.
+/// The facet that mirrors or refracts one direction into another, before Fresnel's factor.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Facet {
-    /// The cosine of both directions against it.
+    /// The cosine of the first direction against it, of a mirror that of both.
     pub cos: f32,
+    /// And of the second.
+    pub beyond: f32,
     /// f of a perfect facet, 1/sr.
     pub value: f32,
     /// The density of the second direction if facets are drawn from those visible from the first, 1/sr.
@@ -43,14 +47,41 @@ impl Facets {
     /// The facet that mirrors `a` into `b`; none where either is not above the surface.
     #[inline]
     pub fn reflect(self, a: Vec3, b: Vec3) -> Facet {
-        if a.z < super::super::GRAZING || b.z < super::super::GRAZING {
-            return Facet::default();
+        self.reflect_at(a, b).0
+    }
+
+    /// The same, and its normal.
+    #[inline]
+    pub fn reflect_at(self, a: Vec3, b: Vec3) -> (Facet, Vec3) {
+        if a.z < GRAZING || b.z < GRAZING {
+            return (Facet::default(), Vec3::Z);
         }
         let sum = a + b;
         let length = sum.length();
-        let d = self.d(sum / length) * 0.25;
+        let h = sum / length;
+        let d = self.d(h) * 0.25;
         let (sa, sb) = (self.stretched(a), self.stretched(b));
-        Facet { cos: (0.5 * length).min(1.0), value: d * 2.0 / (a.z * sb + b.z * sa), forward: d * 2.0 / (a.z + sa) }
+        let (value, forward) = (d * 2.0 / (a.z * sb + b.z * sa), d * 2.0 / (a.z + sa));
+        let cos = (0.5 * length).min(1.0);
+        (Facet { cos, beyond: cos, value, forward }, h)
+    }
+
+    /// The facet that refracts `a`, above the surface, into `b` below it, across the indices on their sides, and its
+    /// normal on the side of `a` (Walter et al. 2007, eq. 21); none where either does not see it from the side from
+    /// which it sees the surface. The value is that of a facet which passes all light, seen from `a`.
+    pub fn refract_at(self, a: Vec3, b: Vec3, eta_a: f32, eta_b: f32) -> (Facet, Vec3) {
+        let sum = a * eta_a + b * eta_b;
+        let square = sum.length_squared();
+        let h = sum / (square.sqrt() * 1.0_f32.copysign(sum.z));
+        let (cos_a, cos_b) = (a.dot(h), -b.dot(h));
+        if a.z < GRAZING || b.z > -GRAZING || !(cos_a > 0.0 && cos_b > 0.0) {
+            return (Facet::default(), Vec3::Z);
+        }
+        let d = self.d(h) * cos_a * cos_b / square;
+        let (sa, sb) = (self.stretched(a), self.stretched(b));
+        // dω_h/dω_b = η_b² cos_b/|η_a ω_a + η_b ω_b|², and radiance seen from `a` has η_a² in its place.
+        let value = d * eta_a * eta_a * 2.0 / (a.z * sb - b.z * sa);
+        (Facet { cos: cos_a, beyond: cos_b, value, forward: d * eta_b * eta_b * 2.0 / (a.z + sa) }, h)
     }
 
     /// A facet normal from those visible from `w`: a spherical cap in the stretched space.

@@ -7,11 +7,11 @@ use std::f32::consts::PI;
 
 use glam::Vec2;
 
-use super::{super::Metal, Averages, Surface};
+use super::{super::Metal, Averages, Clear, Emission, Passage, SheenPlace, Surface};
 use crate::math::Rgb;
 
-/// So many words of 16 bits: with the tag of the enum as large as the largest of the other BSDFs.
-const WORDS: usize = 19;
+/// So many words of 16 bits: with the tag of the enum 48 bytes.
+const WORDS: usize = 23;
 
 /// A [`Surface`] with its [`Averages`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -36,22 +36,33 @@ impl Record {
         bits.fraction(10, s.f90);
         bits.fraction(8, s.metallic);
         bits.fraction(12, s.alpha.sqrt());
+        bits.fraction(8, s.diffuse_roughness);
         bits.fraction(8, s.coat);
         bits.fraction(12, s.coat_alpha.sqrt());
+        bits.fraction(8, s.coat_f0.sqrt());
+        bits.color(10, s.coat_color);
+        bits.fraction(8, s.coat_darkening);
         bits.signed(12, s.coat_normal.x);
         bits.signed(12, s.coat_normal.y);
         bits.whole(1, u32::from(s.coat_is_flat));
+        bits.whole(1, u32::from(s.emission == Emission::OverAll));
         bits.color(10, s.sheen);
         bits.fraction(10, s.sheen_alpha.sqrt());
+        match s.sheen_place {
+            SheenPlace::UnderCoat => bits.whole(9, 0),
+            SheenPlace::OverAll { cover } => {
+                bits.whole(1, 1);
+                bits.fraction(8, cover);
+            }
+        }
         bits.fraction(8, s.film);
         bits.fraction(10, (s.film_ior - 1.0) / (DENSEST - 1.0));
         bits.fraction(12, s.film_thickness / THICKEST);
         bits.fraction(8, s.anisotropy);
         bits.fraction(12, s.tangent.rem_euclid(PI) / PI);
-        bits.fraction(8, s.transmission);
-        bits.color(10, s.transmission_color);
+        bits.passage(s.passage);
         bits.fraction(16, averages.passed);
-        bits.fraction(16, averages.spread.sqrt());
+        bits.fraction(15, averages.spread.sqrt());
         Self(bits.words)
     }
 
@@ -71,22 +82,30 @@ impl Record {
             f90: bits.fraction(10),
             metallic: bits.fraction(8),
             alpha: square(bits.fraction(12)),
+            diffuse_roughness: bits.fraction(8),
             coat: bits.fraction(8),
             coat_alpha: square(bits.fraction(12)),
+            coat_f0: square(bits.fraction(8)),
+            coat_color: bits.color(10),
+            coat_darkening: bits.fraction(8),
             coat_normal: Vec2::new(bits.signed(12), bits.signed(12)),
             coat_is_flat: bits.whole(1) == 1,
+            emission: if bits.whole(1) == 1 { Emission::OverAll } else { Emission::UnderCoat },
             sheen: bits.color(10),
             sheen_alpha: square(bits.fraction(10)),
+            sheen_place: match (bits.whole(1), bits.fraction(8)) {
+                (0, _) => SheenPlace::UnderCoat,
+                (_, cover) => SheenPlace::OverAll { cover },
+            },
             film: bits.fraction(8),
             film_ior: 1.0 + (DENSEST - 1.0) * bits.fraction(10),
             film_thickness: THICKEST * bits.fraction(12),
             anisotropy: bits.fraction(8),
             tangent: PI * bits.fraction(12),
-            transmission: bits.fraction(8),
-            transmission_color: bits.color(10),
+            passage: bits.passage(),
             measured,
         };
-        (surface, Averages { passed: bits.fraction(16), spread: square(bits.fraction(16)) })
+        (surface, Averages { passed: bits.fraction(16), spread: square(bits.fraction(15)) })
     }
 }
 
@@ -109,6 +128,28 @@ impl Writer {
             self.words[word + 1] |= (shifted >> 16) as u16;
         }
         self.at += bits;
+    }
+
+    /// 41 bits: two for the kind, and a fraction, and for a leaf its colour, for what is clear its index, all but the
+    /// sign.
+    fn passage(&mut self, passage: Passage) {
+        let clear = |bits: &mut Self, kind: u32, Clear { fraction, ior }: Clear| {
+            bits.whole(2, kind);
+            bits.fraction(8, fraction);
+            bits.whole(16, ior.to_bits() & 0xffff);
+            bits.whole(15, ior.to_bits() >> 16);
+        };
+        match passage {
+            Passage::None => [2, 8, 16, 15].into_iter().for_each(|n| self.whole(n, 0)),
+            Passage::Leaf { fraction, color } => {
+                self.whole(2, 1);
+                self.fraction(8, fraction);
+                self.color(10, color);
+                self.whole(1, 0);
+            }
+            Passage::Wall(wall) => clear(self, 2, wall),
+            Passage::Volume(volume) => clear(self, 3, volume),
+        }
     }
 
     fn fraction(&mut self, bits: usize, x: f32) {
@@ -141,6 +182,19 @@ impl Reader<'_> {
     }
 
     #[inline(always)]
+    fn passage(&mut self) -> Passage {
+        let (kind, fraction) = (self.whole(2), self.fraction(8));
+        if kind < 2 {
+            let color = self.color(10);
+            self.whole(1);
+            return if kind == 0 { Passage::None } else { Passage::Leaf { fraction, color } };
+        }
+        let [low, high] = [16, 15].map(|n| self.whole(n));
+        let clear = Clear { fraction, ior: f32::from_bits(high << 16 | low) };
+        if kind == 2 { Passage::Wall(clear) } else { Passage::Volume(clear) }
+    }
+
+    #[inline(always)]
     fn fraction(&mut self, bits: usize) -> f32 {
         self.whole(bits) as f32 / most(bits)
     }
@@ -162,6 +216,27 @@ impl Reader<'_> {
 mod tests {
     use super::*;
 
+    fn passage(surface: &Surface) -> (f32, Rgb) {
+        match surface.passage {
+            Passage::Leaf { fraction, color } => (fraction, color),
+            other => panic!("{other:?}"),
+        }
+    }
+
+    #[test]
+    fn indices_survive_as_they_are() {
+        for ior in [0.5, 0.66, 1.0, 1.0001, 1.333, 1.5, 2.4, 40.0_f32] {
+            for of in [Passage::Wall, Passage::Volume] {
+                let surface = Surface { passage: of(Clear { fraction: 1.0, ior }), ..Surface::LAMBERT };
+                let read = Record::new(&surface, Averages::default()).read().0;
+                let clear = read.clear().expect("it is clear");
+                assert_eq!((clear.ior, clear.fraction), (ior, 1.0));
+                assert_eq!(read.bounds_volume(), surface.bounds_volume());
+                assert_eq!(Record::new(&read, Averages::default()).read().0, read);
+            }
+        }
+    }
+
     #[test]
     fn numbers_survive_to_what_an_eye_sees() {
         let surface = Surface {
@@ -170,19 +245,24 @@ mod tests {
             f90: 1.0,
             metallic: 0.3,
             alpha: 0.09,
+            diffuse_roughness: 0.8,
             coat: 1.0,
             coat_alpha: 0.0025,
+            coat_f0: 0.04,
+            coat_color: Rgb::new(0.9, 0.3, 0.1),
+            coat_darkening: 0.6,
             coat_normal: Vec2::new(-0.3, 0.7),
             coat_is_flat: true,
+            emission: Emission::OverAll,
             sheen: Rgb::new(0.2, 0.9, 1.0),
             sheen_alpha: 0.5,
+            sheen_place: SheenPlace::OverAll { cover: 0.4 },
             film: 0.7,
             film_ior: 1.3,
             film_thickness: 550.0,
             anisotropy: 0.6,
             tangent: 2.5,
-            transmission: 0.4,
-            transmission_color: Rgb::new(0.1, 0.2, 0.6),
+            passage: Passage::Leaf { fraction: 0.4, color: Rgb::new(0.1, 0.2, 0.6) },
             measured: None,
         };
         let (read, averages) = Record::new(&surface, Averages { passed: 0.91, spread: 0.013 }).read();
@@ -191,7 +271,8 @@ mod tests {
             (read.base_color, surface.base_color),
             (read.f0, surface.f0),
             (read.sheen, surface.sheen),
-            (read.transmission_color, surface.transmission_color),
+            (read.coat_color, surface.coat_color),
+            (passage(&read).1, passage(&surface).1),
         ] {
             (0..3).for_each(|i| near(a[i], b[i], 1e-3));
         }
@@ -209,13 +290,18 @@ mod tests {
             (read.film_thickness / THICKEST, 550.0 / THICKEST),
             (read.anisotropy, 0.6),
             (read.tangent, 2.5),
-            (read.transmission, 0.4),
+            (passage(&read).0, 0.4),
+            (read.diffuse_roughness, 0.8),
+            (read.coat_f0, 0.04),
+            (read.coat_darkening, 0.6),
+            (read.sheen_cover(), 0.4),
             (averages.passed, 0.91),
             (averages.spread, 0.013),
         ] {
             near(a, b, 2e-3);
         }
         assert_eq!((read.base_color.r(), read.base_color.b(), read.f90, read.coat), (1.0, 0.0, 1.0, 1.0));
+        assert_eq!(read.emission, Emission::OverAll);
         assert_eq!(Record::new(&read, averages).read().0, read, "what has been read is kept as it is");
         let flat = Surface { coat_normal: Vec2::ZERO, ..surface };
         assert_eq!(Record::new(&flat, averages).read().0.coat_normal, Vec2::ZERO);

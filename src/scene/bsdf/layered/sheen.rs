@@ -1,8 +1,9 @@
 //! Sheen: fibres that stand on the surface (`KHR_materials_sheen`; Estevez & Kulla 2017, *Production Friendly
-//! Microfacet Sheen BRDF*).
+//! Microfacet Sheen BRDF*), and fuzz, the same over all else (`KHR_materials_fuzz`).
 //!
 //! f = c D/(4 cos θ cos θ' (1 + Λ + Λ')), reciprocal, with the inverted Gaussian-like D of sines and the paper's fit of
-//! Λ. What lies below gets 1 − max(c) E, E the lobe's albedo, which a table has.
+//! Λ. What lies below gets 1 − max(c) E, E the lobe's albedo, which a table has. Fuzz covers it by its amount w
+//! instead, whatever its colour: f has w c for c, and below it is 1 − w E.
 
 use std::{
     f32::consts::{FRAC_1_PI, PI, TAU},
@@ -11,7 +12,7 @@ use std::{
 
 use glam::Vec3;
 
-use super::{End, Part, Stack};
+use super::{End, Part, SheenPlace, Stack};
 use crate::math::Rgb;
 
 /// The least α: below it D is a needle at the horizon.
@@ -22,18 +23,22 @@ pub(super) struct Sheen;
 
 impl Part for Sheen {
     fn value(&self, s: &Stack, a: &End, b: &End) -> Rgb {
-        if s.surface.sheen == Rgb::ZERO {
+        if s.surface.sheen == Rgb::ZERO || !a.covered {
             return Rgb::ZERO;
         }
         let f = value(s.surface.sheen_alpha, a.up, b.up) / most(s.surface.sheen_alpha);
-        s.surface.sheen * (f * a.through_coat.min(b.through_coat))
+        let sheen = s.surface.sheen * (f * a.to_sheen.min(b.to_sheen));
+        match s.surface.sheen_place {
+            SheenPlace::UnderCoat => sheen * (a.tint * b.tint),
+            SheenPlace::OverAll { .. } => sheen,
+        }
     }
 
     fn weight(&self, s: &Stack, from: &End) -> f32 {
-        s.surface.sheen.max_element() * from.sheen * from.through_coat
+        s.surface.sheen.max_element() * from.sheen * from.to_sheen
     }
 
-    fn sample(&self, _: &Stack, _: &End, [u, v]: [f32; 2]) -> Vec3 {
+    fn sample(&self, _: &Stack, _: &End, [u, v, _]: [f32; 3]) -> Vec3 {
         let (sin, cos) = (v * TAU).sin_cos();
         let r = (1.0 - u * u).sqrt();
         Vec3::new(r * cos, r * sin, u)
@@ -142,6 +147,5 @@ pub(super) fn integral(alpha: f32, cos: f32) -> f32 {
 
 /// What sheen keeps from all that lies below, towards a direction of this cosine.
 pub(super) fn taken(s: &Stack, cos: f32) -> f32 {
-    let most = s.surface.sheen.max_element();
-    if most == 0.0 { 0.0 } else { most * albedo(s.surface.sheen_alpha, cos) }
+    if s.sheen_cover == 0.0 { 0.0 } else { s.sheen_cover * albedo(s.surface.sheen_alpha, cos) }
 }

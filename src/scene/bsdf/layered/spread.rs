@@ -26,15 +26,15 @@ impl Part for Spread {
         if s.averages.spread == 0.0 {
             return Rgb::ZERO;
         }
-        s.tint * product_lobe(a.spread, b.spread, s.averages.spread)
+        s.tint * product_lobe(a.spread, b.spread, s.averages.spread) * (a.tint * b.tint)
     }
 
     fn weight(&self, _: &Stack, from: &End) -> f32 {
         from.spread
     }
 
-    fn sample(&self, _: &Stack, _: &End, u: [f32; 2]) -> Vec3 {
-        warp::cosine_hemisphere(u)
+    fn sample(&self, _: &Stack, _: &End, [u, v, _]: [f32; 3]) -> Vec3 {
+        warp::cosine_hemisphere([u, v])
     }
 
     fn density(&self, _: &Stack, _: &End, to: &End) -> f32 {
@@ -45,7 +45,7 @@ impl Part for Spread {
 /// D of a base that reflects everything, towards a direction of this cosine; nothing under a tilted coat, which loses
 /// light anyway.
 pub(super) fn lacking(s: &Stack, cos: f32) -> f32 {
-    if s.coat_axes.is_some() || s.surface.coat == 0.0 && s.surface.sheen == Rgb::ZERO {
+    if s.coat_axes.is_some() || s.surface.coat == 0.0 && s.sheen_cover == 0.0 {
         return 0.0;
     }
     let t = s.through(cos);
@@ -75,7 +75,7 @@ pub(super) fn averages(s: &Stack) -> Averages {
         }
     }
     let n = f32::from(COSINES);
-    let is_plain = s.surface.coat == 0.0 && s.surface.sheen == Rgb::ZERO && s.film.is_none();
+    let is_plain = s.surface.coat == 0.0 && s.sheen_cover == 0.0 && s.film.is_none();
     if is_plain && turns == 1 {
         passed = n * s.interface.passed(s.average, s.interface_multiple);
     }

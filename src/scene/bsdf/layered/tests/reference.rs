@@ -201,7 +201,7 @@ fn albedos_with_a_grain_are_those_of_quadratures() {
 #[test]
 fn light_passes_a_leaf_by_lamberts_law() {
     let color = Rgb::new(0.2, 0.9, 0.3);
-    let leaf = Surface { transmission: 0.6, transmission_color: color, alpha: 1.0, ..Surface::LAMBERT };
+    let leaf = Surface { passage: Passage::Leaf { fraction: 0.6, color }, alpha: 1.0, ..Surface::LAMBERT };
     let layered = Layered::new(&leaf);
     let (camera, light) = (Vec3::new(0.6, 0.0, 0.8), Vec3::new(0.0, 0.6, -0.8));
     let f = layered.eval(Lobe::Continuous, camera, light).f;
