@@ -96,7 +96,7 @@ pub const EXTENSIONS: &[Extension] = &[
         "KHR_animation_pointer",
         "with `--at` and `--frames`: transforms, weights, visibility, cameras, lamps, factors of materials, transforms \
          of textures",
-        "properties that are not read",
+        "properties that are not read, or of drafts",
         &["tests/animation::whatever_can_be_animated_is_what_the_document_says_at_that_time"],
     ),
     of(

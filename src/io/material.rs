@@ -256,7 +256,9 @@ impl Reader<'_, '_> {
         let [least, most] = extremes(maps.metallic_roughness.as_ref(), BLUE).map(|texel| p.metallic * texel);
         // Layers have a base of both, and of whatever is between.
         let tinted = p.specular != 1.0 || p.specular_color != Rgb::ONE;
-        if p.layers.are_there() || tinted {
+        let tinted = tinted || maps.specular.is_some() || maps.specular_color.is_some();
+        let layers = Layers { diffuse_transmission: 0.0, ..p.layers };
+        if layers.are_there() || tinted {
             if least >= 1.0 {
                 return Ok(Boundary::Opaque);
             }

@@ -3,7 +3,7 @@
 use glam::{Vec2, Vec3, Vec4};
 
 use super::{
-    bsdf::{Bsdf, Dielectric, Diffuse, Layered, Metal, MetallicRoughness, Passage, ThinDielectric},
+    bsdf::{Bsdf, Dielectric, Diffuse, Metal, MetallicRoughness, Passage, ThinDielectric},
     geometry::{Interpolation, Precedence, Role, TangentFrame, lifted},
     layers::LayerMaps,
     texture::Texture,
@@ -30,7 +30,7 @@ pub struct Material {
     pub emission_sides: EmissionSides,
     /// What becomes of its back faces in a scene that [culls them](super::Scene::culling_back_faces) for the camera.
     pub back_faces: BackFaces,
-    /// σ_a of the volume that a [`Bsdf::Dielectric`] bounds, 1/m; zero for clear volumes and all other materials.
+    /// σ_a of the volume that the surface bounds, 1/m; zero for clear volumes and all other materials.
     pub absorption: Rgb,
     /// 20/V_d of that volume, not negative: see [`Index`](super::wavelength::Index). 0 for one that does not disperse.
     pub dispersion: f32,

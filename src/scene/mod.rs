@@ -454,7 +454,9 @@ impl Scene {
         // Layers know their directions at the point, and a medium changes no more than what is relative to it.
         if matches!(point.bsdf, Bsdf::Layered(_)) {
             let mut bsdf = point.bsdf;
-            material.volume_ior().into_iter().for_each(|ior| bsdf.set_volume_ior(ior));
+            if let Some(ior) = material.volume_ior() {
+                bsdf.set_volume_ior(ior);
+            }
             return bsdf;
         }
         material.bsdf_at(|| self.geometry.attributes(point.primitive, point.barycentric))

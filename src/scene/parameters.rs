@@ -99,7 +99,10 @@ impl Parameters {
     pub fn are_layered(&self) -> bool {
         let transmits = self.boundary != Boundary::Opaque && self.metallic < 1.0;
         let tinted = self.specular != 1.0 || self.specular_color != Rgb::ONE;
-        self.layers.are_there() || transmits && tinted
+        // A rough diffuse base is there where something is diffuse.
+        let is_diffuse = self.metallic < 1.0 && (self.boundary == Boundary::Opaque || self.transmission < 1.0);
+        let diffuse_roughness = if is_diffuse { self.layers.diffuse_roughness } else { 0.0 };
+        Layers { diffuse_roughness, ..self.layers }.are_there() || transmits && tinted
     }
 
     fn layered(&self, f0: Rgb) -> Bsdf {

@@ -207,10 +207,10 @@ pub fn light_kinds(loaded: &Loaded) -> [(usize, &'static str); 7] {
 pub fn kind(material: &Material) -> &'static str {
     let boundary = material.maps.as_ref().map(|maps| maps.factors.boundary);
     match (boundary, &material.bsdf) {
+        (_, Bsdf::Layered(_)) => "layered",
         (Some(Boundary::Volume), _) | (_, Bsdf::Dielectric(_)) => "dielectric",
         (Some(Boundary::Thin), _) | (_, Bsdf::Thin(_)) => "thin dielectric",
         (_, Bsdf::Diffuse(_)) => "diffuse",
         (_, Bsdf::MetallicRoughness(_)) => "metallic-roughness",
-        (_, Bsdf::Layered(_)) => "layered",
     }
 }

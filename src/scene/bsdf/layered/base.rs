@@ -79,10 +79,14 @@ pub(super) fn passed(s: &Stack, end: &End) -> f32 {
     (1.0 - dielectric.max_element()) * (1.0 - end.split.missing) + (1.0 - s.interface_multiple) * end.split.missing
 }
 
-/// About the base's mean albedo, with what is diffuse and what is clear.
+/// About the base's mean albedo: of what it reflects, of what is diffuse below, also of what passes it, and of what is
+/// clear, which keeps all light that its colour does.
 pub(super) fn albedo_of_all(s: &Stack) -> Rgb {
-    let interface = mean_reflectance(s.interface.f0, s.interface.f90);
-    s.mean + diffuse::albedo(s) * (1.0 - interface)
+    let [dielectric, _] = means(s);
+    let left = Rgb::splat(1.0 - dielectric.max_element());
+    let of_clear =
+        s.clear.as_ref().map_or(Rgb::ZERO, |boundary| (dielectric + left * s.surface.base_color) * boundary.fraction);
+    (s.mean + diffuse::albedo_of_both(s) * left + of_clear).min(Rgb::ONE)
 }
 
 /// E of metal and dielectric, in the brightest channel.

@@ -10,7 +10,7 @@
 use glam::Vec3;
 
 use super::{
-    Clear, End, Joins, LEAST_ALPHA, Part, Passage, Stack, Surface, base,
+    Clear, End, Joins, LEAST_ALPHA, Part, Stack, Surface, base,
     base::mirror,
     coat,
     facets::{Facet, Facets},
@@ -43,6 +43,9 @@ pub(super) struct Boundary {
     grazing: Grazing,
 }
 
+/// The cosine at which layers send back what is diffuse: about the mean.
+const DIFFUSE_COS: f32 = 0.6;
+
 /// What happens between the facets to light from one direction.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Between {
@@ -64,11 +67,20 @@ pub(super) struct Once;
 /// What leaves them after several, on either side.
 pub(super) struct Several;
 
+/// GGX's α of facets without a grain that miss as much light, `average`, as these do, when they mirror all of it.
+fn without_grain(facets: Facets, average: Split) -> f32 {
+    let [mut low, mut high] = [facets.x.min(facets.y), facets.x.max(facets.y)];
+    while high - low > 1e-3 {
+        let middle = 0.5 * (low + high);
+        let misses_less = Split::average(middle).missing < average.missing;
+        [low, high] = if misses_less { [middle, high] } else { [low, middle] };
+    }
+    0.5 * (low + high)
+}
+
 impl Boundary {
     pub fn of(s: &Surface, facets: Facets, average: Split) -> Option<Self> {
-        let (Passage::Wall(Clear { fraction, ior }) | Passage::Volume(Clear { fraction, ior })) = s.passage else {
-            return None;
-        };
+        let Clear { fraction, ior } = s.clear()?;
         let fraction = fraction * (1.0 - s.metallic);
         let glass = Glass { color: s.base_color, ior };
         let is_volume = s.bounds_volume();
@@ -77,7 +89,7 @@ impl Boundary {
             glass,
             is_volume,
             facets,
-            alpha: (facets.x * facets.y).sqrt(),
+            alpha: without_grain(facets, average),
             average: [0.0; 2],
             crosses: [0.0; 2],
             grazing: Grazing::new((facets.x * facets.y).sqrt()),
@@ -114,6 +126,13 @@ impl Boundary {
         Between { missing: albedo::boundary_missing(cos.abs(), self.alpha, self.glass.eta_across(cos)), crosses }
     }
 
+    /// What it does with light that meets layers again, of a mean `reflected`: what a volume reflects, and all of a
+    /// thin wall's.
+    pub fn meets_layers_again(&self, s: &Stack, reflected: Rgb) -> Rgb {
+        let passed = if self.is_volume { Rgb::ZERO } else { (Rgb::ONE - reflected) * s.surface.base_color };
+        (reflected + passed) * self.fraction
+    }
+
     /// η on the side of a direction.
     fn eta(&self, above: bool) -> f32 {
         if self.is_volume { self.glass.eta(if above { 1.0 } else { -1.0 }) } else { 1.0 }
@@ -130,7 +149,7 @@ impl Boundary {
         if self.is_volume { fresnel::refracted_cos(cos, self.eta(!above) / self.eta(above)) } else { cos }
     }
 
-    /// What a facet does that is met at this cosine, given that [`Self::beyond`] it.
+    /// What a facet does that is met at the first cosine, the second being that [`beyond`](Self::beyond) it.
     fn optics(&self, s: &Stack, above: bool, [cos, beyond]: [f32; 2]) -> Optics {
         if beyond == 0.0 {
             return Optics { reflected: Rgb::ONE, passed: Rgb::ZERO };
@@ -158,8 +177,7 @@ impl Boundary {
     /// An exact reflectance with the colour and the strength of `KHR_materials_specular`: f0 and f90 in place of those
     /// of the index, and between them as Fresnel's equations have it.
     fn tinted(&self, s: &Stack, exact: f32) -> Rgb {
-        let r = (self.glass.ior - 1.0) / (self.glass.ior + 1.0);
-        let (least, most) = (r * r, s.surface.f90);
+        let (least, most) = (Clear { fraction: 1.0, ior: self.glass.ior }.f0(), s.surface.f90);
         if least < 1e-6 || s.surface.f0 == Rgb::ZERO {
             return Rgb::splat(exact * if least < 1e-6 { most } else { 0.0 });
         }
@@ -175,7 +193,7 @@ impl Boundary {
         }
         let (cos, eta) = (along.dot(h), self.glass.eta_across(-1.0));
         let out = fresnel::refract(along, h, cos, fresnel::refracted_cos(cos, eta), eta);
-        // Light that leaves a facet below the surface meets another, and is none of this lobe's.
+        // Light that a facet sends below the surface meets another facet: it belongs to what leaves after several.
         if out.z >= 0.0 { Rgb::ZERO } else { sent_back(s, -out.z) }
     }
 
@@ -197,6 +215,12 @@ impl Boundary {
         [facet.cos, if crosses { facet.beyond } else { self.beyond(above, facet.cos) }]
     }
 
+    /// The probability with which light between the facets is sampled on the other side.
+    fn goes_across(&self, s: &Stack, from: &End) -> f32 {
+        let passes = s.surface.base_color.max_element() * from.clear.crosses;
+        ratio(passes, 1.0 - from.clear.crosses)
+    }
+
     /// The probabilities of reflecting and of refracting at a facet with this normal, from `from`.
     fn probabilities(&self, s: &Stack, from: &End, h: Vec3, cosines: [f32; 2]) -> [f32; 2] {
         let Optics { reflected, passed } = self.optics(s, from.above, cosines);
@@ -211,9 +235,9 @@ impl Boundary {
     }
 }
 
-/// What is sent back between two directions of which these fractions are: with the least of them too little comes
-/// back, with their harmonic mean too much, so that it is half of each.
-fn both(a: Rgb, b: Rgb) -> Rgb {
+/// What is sent back between two directions, given the fractions for each: their least would be too little, their
+/// harmonic mean too much, so that it is half of each.
+fn between_both(a: Rgb, b: Rgb) -> Rgb {
     let sum = (a + b).max(Rgb::splat(f32::MIN_POSITIVE));
     (a.min(b) + a * b * 2.0 / sum) * 0.5
 }
@@ -223,24 +247,22 @@ fn across(up: Vec3) -> Vec3 {
     Vec3::new(-up.x, -up.y, up.z)
 }
 
-/// What coat and sheen send back of light from below that would leave them at this cosine.
+/// What coat and sheen send back of light from below that would leave them at this cosine. The coat counts as flat and
+/// colourless.
 fn sent_back(s: &Stack, cos: f32) -> Rgb {
     let (coat, sheen) = (coat::albedo(s, cos), sheen::taken(s, cos));
     let color = s.surface.sheen * (1.0 / s.sheen_cover.max(f32::MIN_POSITIVE));
     Rgb::splat(coat) + color * (sheen * (1.0 - coat))
 }
 
-/// The clear boundary's albedo for light that meets layers again, in the brightest channel: what a volume reflects, and
-/// all of a thin wall's.
+/// The clear boundary's albedo for light that meets layers again, in the brightest channel.
 pub(super) fn albedo(s: &Stack, end: &End) -> f32 {
     let Some(boundary) = &s.clear else { return 0.0 };
-    if !boundary.is_volume {
-        return boundary.fraction * s.surface.base_color.max_element();
-    }
     let Between { missing, crosses } = end.clear;
     let cosines = [end.facet_cos, boundary.beyond(end.above, end.facet_cos)];
-    let once = boundary.optics(s, end.above, cosines).reflected.max_element();
-    boundary.fraction * (once * (1.0 - missing) + (1.0 - crosses) * missing)
+    let once = boundary.optics(s, end.above, cosines).reflected;
+    let reflected = once * (1.0 - missing) + Rgb::splat((1.0 - crosses) * missing);
+    boundary.meets_layers_again(s, reflected).max_element()
 }
 
 impl Part for Once {
@@ -260,7 +282,7 @@ impl Part for Once {
             reflected
         } else {
             let [a, b] = [camera, light].map(|end| boundary.returned(s, end.along_grain, h));
-            reflected + passed * color * color * both(a, b)
+            reflected + passed * color * color * between_both(a, b)
         };
         seen * (boundary.fraction * facet.value * camera.through.min(light.through)) * (camera.tint * light.tint)
     }
@@ -318,7 +340,7 @@ impl Part for Several {
         } else if camera.covered {
             Rgb::splat(1.0 - c.crosses)
         } else {
-            Rgb::splat(1.0 - c.crosses) + color * color * sent_back(s, MEAN_COS) * c.crosses
+            Rgb::splat(1.0 - c.crosses) + color * color * sent_back(s, DIFFUSE_COS) * c.crosses
         };
         seen * (boundary.fraction * lobe * camera.through.min(light.through)) * (camera.tint * light.tint)
     }
@@ -340,15 +362,4 @@ impl Part for Several {
     }
 
     const JOINS: Joins = Joins::All;
-}
-
-/// The cosine at which layers send back what is diffuse: about the mean.
-const MEAN_COS: f32 = 0.6;
-
-impl Boundary {
-    /// The probability with which light between the facets is sampled on the other side.
-    fn goes_across(&self, s: &Stack, from: &End) -> f32 {
-        let passes = s.surface.base_color.max_element() * from.clear.crosses;
-        ratio(passes, 1.0 - from.clear.crosses)
-    }
 }

@@ -100,8 +100,9 @@ pub(super) fn darkening(s: &Stack) -> Rgb {
     }
     let (mean, eta) = (mean_reflectance(p.coat_f0, 1.0), ior(p.coat_f0));
     let diffuse = 1.0 - (1.0 - mean) / (eta * eta);
-    let rough = 1.0 - p.metallic * (1.0 - p.alpha.sqrt());
-    let back = mean + (diffuse - mean) * rough;
+    let rough = s.opaque + (1.0 - s.opaque) * p.alpha.sqrt();
+    // Less than 1, also of a coat that reflects everything.
+    let back = (mean + (diffuse - mean) * rough).min(0.999);
     base::albedo_of_all(s).map(|e| 1.0 + amount * ((1.0 - back) / (1.0 - e * back) - 1.0))
 }
 

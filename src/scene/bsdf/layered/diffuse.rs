@@ -30,6 +30,11 @@ pub(super) fn albedo(s: &Stack) -> Rgb {
     s.surface.base_color * (s.opaque * (1.0 - leaf(s).0))
 }
 
+/// The same with what passes to the other side.
+pub(super) fn albedo_of_both(s: &Stack) -> Rgb {
+    albedo(s) + transmittance(s)
+}
+
 fn transmittance(s: &Stack) -> Rgb {
     let (fraction, color) = leaf(s);
     color * (s.opaque * fraction)

@@ -67,8 +67,8 @@ impl Facets {
     }
 
     /// The facet that refracts `a`, above the surface, into `b` below it, across the indices on their sides, and its
-    /// normal on the side of `a` (Walter et al. 2007, eq. 21); none where either does not see it from the side from
-    /// which it sees the surface. The value is that of a facet which passes all light, seen from `a`.
+    /// normal on the side of `a` (Walter et al. 2007, eq. 21); none where either sees its back. The value is
+    /// that of a facet which passes all light, seen from `a`.
     pub fn refract_at(self, a: Vec3, b: Vec3, eta_a: f32, eta_b: f32) -> (Facet, Vec3) {
         let sum = a * eta_a + b * eta_b;
         let square = sum.length_squared();

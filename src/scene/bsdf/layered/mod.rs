@@ -128,9 +128,13 @@ impl Layered {
     /// The surface with these parameters, as far as its record keeps them.
     pub fn new(surface: &Surface) -> Self {
         let surface = no_smoother(surface.settled());
-        // What is averaged is what will be read.
-        let kept = Self(Record::new(&surface, Averages::default())).stack();
-        Self(Record::new(&kept.surface, spread::averages(&kept)))
+        Self(Record::new(&surface, Averages::default())).averaged()
+    }
+
+    /// The same with the averages of what it keeps.
+    fn averaged(self) -> Self {
+        let kept = self.stack();
+        Self(self.0.with_averages(spread::averages(&kept)))
     }
 
     /// The parameters.
@@ -165,15 +169,10 @@ impl Layered {
     /// reflectance at normal incidence keeps its proportion to that of the index.
     #[must_use]
     pub fn with_volume_ior(self, ior: f32) -> Self {
-        let (mut surface, averages) = self.0.read();
-        let Passage::Volume(Clear { fraction, ior: before }) = surface.passage else { return self };
-        if before == ior {
+        if self.volume_ior().is_none_or(|before| before == ior) {
             return self;
         }
-        let at_normal = |ior: f32| ((ior - 1.0) / (ior + 1.0)).powi(2);
-        surface.f0 = (surface.f0 * (at_normal(ior) / at_normal(before).max(f32::MIN_POSITIVE))).min(Rgb::ONE);
-        surface.passage = Passage::Volume(Clear { fraction, ior });
-        Self(Record::new(&surface, averages))
+        Self(self.0.with_ior(ior)).averaged()
     }
 
     /// See [`super::Bsdf::relative_ior`].

@@ -1,7 +1,10 @@
-//! The numbers of a layered surface in as many bytes as any other BSDF has.
+//! The numbers of a layered surface in 46 bytes.
 //!
 //! Textures have 8 bits, and what they multiply need not be exact to more than an eye sees: colours are kept by their
-//! roots in 10 or 11 bits, fractions in 8 to 12. 0 and 1 are exact, and so is a coat's normal that is the surface's.
+//! roots in 10 or 11 bits, fractions in 8 to 16. 0 and 1 are exact, and so are a coat's normal that is the surface's
+//! and the index of what is clear.
+//!
+//! F0 of a volume's boundary is kept by its ratio to that of its index: another index leaves the ratio as it is.
 
 use std::f32::consts::PI;
 
@@ -12,6 +15,8 @@ use crate::math::Rgb;
 
 /// So many words of 16 bits: with the tag of the enum 48 bytes.
 const WORDS: usize = 23;
+/// Bits of the averages at its end.
+const AVERAGES: usize = 31;
 
 /// A [`Surface`] with its [`Averages`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -19,6 +24,8 @@ pub(super) struct Record([u16; WORDS]);
 
 /// The greatest thickness of a film in nanometres: whole numbers of 12 bits. Thicker films have no colour left.
 const THICKEST: f32 = 4095.0;
+/// How many steps the roots of ratios have.
+const RATIOS: f32 = 2046.0;
 /// The greatest index of a film.
 const DENSEST: f32 = 4.0;
 
@@ -26,12 +33,16 @@ impl Record {
     pub fn new(surface: &Surface, averages: Averages) -> Self {
         let mut bits = Writer { words: [0; WORDS], at: 0 };
         let s = surface;
+        bits.passage(s.passage);
         bits.color(11, s.base_color);
         bits.whole(1, u32::from(s.measured.is_some()));
         match s.measured {
             // It has no other interface.
             Some(metal) => [u32::from(metal.index()), 0, 0].into_iter().for_each(|word| bits.whole(11, word)),
-            None => bits.color(11, s.f0),
+            None => match s.passage {
+                Passage::Volume(clear) => bits.ratios(s.f0, clear.f0(), s.f90),
+                _ => bits.color(11, s.f0),
+            },
         }
         bits.fraction(10, s.f90);
         bits.fraction(8, s.metallic);
@@ -60,21 +71,45 @@ impl Record {
         bits.fraction(12, s.film_thickness / THICKEST);
         bits.fraction(8, s.anisotropy);
         bits.fraction(12, s.tangent.rem_euclid(PI) / PI);
-        bits.passage(s.passage);
-        bits.fraction(16, averages.passed);
-        bits.fraction(15, averages.spread.sqrt());
+        bits.averages(averages);
+        Self(bits.words)
+    }
+
+    /// The same with another index of what is clear.
+    pub fn with_ior(self, ior: f32) -> Self {
+        // It stands after the kind of the passage and its fraction.
+        let (mut bits, mut old) = (Writer { words: [0; WORDS], at: 0 }, Reader { words: &self.0, at: 0 });
+        bits.whole(10, old.whole(10));
+        bits.ior(ior);
+        old.at = bits.at;
+        while bits.at < 16 * WORDS {
+            let n = (16 * WORDS - bits.at).min(16);
+            bits.whole(n, old.whole(n));
+        }
+        Self(bits.words)
+    }
+
+    /// The same with other averages, which stand at its end.
+    pub fn with_averages(self, averages: Averages) -> Self {
+        let mut bits = Writer { words: self.0, at: 16 * WORDS - AVERAGES };
+        bits.averages(averages);
         Self(bits.words)
     }
 
     pub fn read(&self) -> (Surface, Averages) {
         let mut bits = Reader { words: &self.0, at: 0 };
         let square = |x: f32| x * x;
+        let passage = bits.passage();
         let base_color = bits.color(11);
         let (measured, f0) = if bits.whole(1) == 1 {
             let [index, ..] = [11; 3].map(|n| bits.whole(n));
             (Some(Metal::of_index(index as u8)), Rgb::ZERO)
         } else {
-            (None, bits.color(11))
+            let f0 = match passage {
+                Passage::Volume(clear) => bits.ratios() * clear.f0(),
+                _ => bits.color(11),
+            };
+            (None, f0)
         };
         let surface = Surface {
             base_color,
@@ -102,7 +137,7 @@ impl Record {
             film_thickness: THICKEST * bits.fraction(12),
             anisotropy: bits.fraction(8),
             tangent: PI * bits.fraction(12),
-            passage: bits.passage(),
+            passage,
             measured,
         };
         (surface, Averages { passed: bits.fraction(16), spread: square(bits.fraction(15)) })
@@ -130,14 +165,20 @@ impl Writer {
         self.at += bits;
     }
 
+    fn averages(&mut self, averages: Averages) {
+        self.words[self.at / 16] &= (1 << (self.at % 16)) - 1;
+        self.words[self.at / 16 + 1..].fill(0);
+        self.fraction(16, averages.passed);
+        self.fraction(15, averages.spread.sqrt());
+    }
+
     /// 41 bits: two for the kind, and a fraction, and for a leaf its colour, for what is clear its index, all but the
     /// sign.
     fn passage(&mut self, passage: Passage) {
         let clear = |bits: &mut Self, kind: u32, Clear { fraction, ior }: Clear| {
             bits.whole(2, kind);
             bits.fraction(8, fraction);
-            bits.whole(16, ior.to_bits() & 0xffff);
-            bits.whole(15, ior.to_bits() >> 16);
+            bits.ior(ior);
         };
         match passage {
             Passage::None => [2, 8, 16, 15].into_iter().for_each(|n| self.whole(n, 0)),
@@ -149,6 +190,20 @@ impl Writer {
             }
             Passage::Wall(wall) => clear(self, 2, wall),
             Passage::Volume(volume) => clear(self, 3, volume),
+        }
+    }
+
+    /// All but the sign.
+    fn ior(&mut self, ior: f32) {
+        self.whole(16, ior.to_bits() & 0xffff);
+        self.whole(15, ior.to_bits() >> 16);
+    }
+
+    /// f0 by its ratio to `of_index`, up to 4, by its root, of which 1/2 is exact; where the index has none, to `f90`.
+    fn ratios(&mut self, f0: Rgb, of_index: f32, f90: f32) {
+        let ratio = |f0: f32| if of_index > 1e-9 { f0 / of_index } else { f90 };
+        for f0 in f0.to_array() {
+            self.whole(11, (0.5 * ratio(f0).sqrt() * RATIOS).round().clamp(0.0, RATIOS) as u32);
         }
     }
 
@@ -179,6 +234,12 @@ impl Reader<'_> {
         let both = u32::from(self.words[word]) | u32::from(next) << 16;
         self.at += bits;
         both >> shift & ((1 << bits) - 1)
+    }
+
+    #[inline(always)]
+    fn ratios(&mut self) -> Rgb {
+        let roots = [11; 3].map(|n| 2.0 * self.whole(n) as f32 / RATIOS);
+        Rgb::from_array(roots.map(|root| root * root))
     }
 
     #[inline(always)]
@@ -302,11 +363,15 @@ mod tests {
         }
         assert_eq!((read.base_color.r(), read.base_color.b(), read.f90, read.coat), (1.0, 0.0, 1.0, 1.0));
         assert_eq!(read.emission, Emission::OverAll);
-        assert_eq!(Record::new(&read, averages).read().0, read, "what has been read is kept as it is");
-        let flat = Surface { coat_normal: Vec2::ZERO, ..surface };
+        keeps_what_it_reads(&read, averages);
+    }
+
+    fn keeps_what_it_reads(read: &Surface, averages: Averages) {
+        assert_eq!(Record::new(read, averages).read().0, *read, "what has been read is kept as it is");
+        let flat = Surface { coat_normal: Vec2::ZERO, ..*read };
         assert_eq!(Record::new(&flat, averages).read().0.coat_normal, Vec2::ZERO);
         for metal in Metal::all() {
-            let metal = Surface { measured: Some(metal), f0: Rgb::ZERO, ..read };
+            let metal = Surface { measured: Some(metal), f0: Rgb::ZERO, ..*read };
             assert_eq!(Record::new(&metal, averages).read().0, metal);
         }
     }

@@ -134,8 +134,8 @@ impl Stack {
         self.mean = dielectric * d + metal * m;
         self.multiple = several(dielectric) * d + several(metal) * m;
         self.interface_multiple = multiple(dielectric.max_element(), e1);
-        let clear = self.clear.as_ref().map_or(0.0, |boundary| boundary.fraction);
-        let all = self.mean + dielectric * clear;
+        let clear = self.clear.as_ref().map_or(Rgb::ZERO, |boundary| boundary.meets_layers_again(self, dielectric));
+        let all = self.mean + clear;
         self.tint = all * (1.0 / all.max_element().max(f32::MIN_POSITIVE));
     }
 

@@ -34,7 +34,7 @@ pub struct Surface {
     pub coat_normal: Vec2,
     /// Whether it is N_g or nearly so, over which light travels without being bent as it is over N_s.
     pub coat_is_flat: bool,
-    /// What lies outside: the coat, or what the surface emits.
+    /// Where the light begins that the surface emits.
     pub emission: Emission,
     /// The sheen's colour, or the fuzz's times how much of it there is.
     pub sheen: Rgb,
@@ -59,7 +59,7 @@ pub struct Surface {
     pub measured: Option<Metal>,
 }
 
-/// How light passes to the other side of the base, what is no metal of it.
+/// How light passes to the other side of the base, of that part which is no metal.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Passage {
     /// It does not.
@@ -84,6 +84,14 @@ pub struct Clear {
     pub fraction: f32,
     /// The index of refraction behind the surface, relative to that in front of it.
     pub ior: f32,
+}
+
+impl Clear {
+    /// Reflectance at normal incidence, as the index has it.
+    pub(super) fn f0(self) -> f32 {
+        let r = (self.ior - 1.0) / (self.ior + 1.0);
+        r * r
+    }
 }
 
 /// Where a sheen lies.

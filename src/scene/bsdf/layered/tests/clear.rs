@@ -141,5 +141,8 @@ fn another_index_in_front_changes_what_is_relative_to_it() {
     let r = (1.5_f32 - 1.33) / (1.5 + 1.33);
     assert!((in_water.surface().f0.g() - r * r).abs() < 2e-4, "{:?}", in_water.surface());
     assert_eq!(in_water.with_volume_ior(1.5 / 1.33), in_water);
-    assert_eq!(in_water.surface().coat_alpha, Layered::new(&surface).surface().coat_alpha);
+    assert_eq!(in_water.with_volume_ior(1.5), Layered::new(&surface));
+    // A bubble whose index is that of air, in glass, reflects as any boundary of that index.
+    let bubble = Layered::new(&glass(Passage::Volume, 1.0)).with_volume_ior(1.0 / 1.5);
+    assert!((bubble.surface().f0.g() - 0.04).abs() < 1e-4, "{:?}", bubble.surface());
 }

@@ -9,8 +9,7 @@ fn direction(cos: f32, phi: f32) -> Vec3 {
     Vec3::new(sin * phi.cos(), sin * phi.sin(), cos)
 }
 
-/// `KHR_materials_coat`, "View-Dependent Absorption": colour^(1/cos θ_t), half of it on each way, of a coat that
-/// reflects nothing.
+/// `KHR_materials_coat`, "View-Dependent Absorption": colour^(1/cos θ_t), half of it on each way.
 #[test]
 fn a_coat_tints_what_lies_below_by_the_way_through_it() {
     let color = Rgb::new(0.9, 0.5, 0.1);

@@ -94,6 +94,17 @@ fn a_coat_on_what_is_clear_loses_nothing() {
     assert_white_from(-1.0, "coat on what is clear, from behind", &coats, [0.925, 1.005]);
 }
 
+/// What light does between facets with a grain is that of facets without one that are as rough.
+#[test]
+fn a_grain_on_what_is_clear_loses_little() {
+    let grains: Vec<_> = KINDS
+        .into_iter()
+        .flat_map(|of| [0.4, 1.0].map(|anisotropy| Surface { anisotropy, tangent: 0.4, ..clear(of, 1.5) }))
+        .collect();
+    assert_white("grain on what is clear", &grains, [0.9, 1.03]);
+    assert_white_from(-1.0, "grain on what is clear, from behind", &grains, [0.81, 1.1]);
+}
+
 #[test]
 fn sheen_on_what_is_clear_loses_nothing() {
     let sheens: Vec<_> = KINDS
@@ -116,6 +127,51 @@ fn a_film_on_what_is_clear_loses_nothing() {
         .collect();
     assert_white("film on what is clear", &films, [0.945, 1.01]);
     assert_white_from(-1.0, "film on what is clear, from behind", &films, [0.98, 1.035]);
+}
+
+/// Nothing is lost that a coat sends to and fro over what absorbs nothing, whatever lies below it.
+#[test]
+fn a_coat_that_darkens_takes_nothing_from_what_is_white() {
+    let coat = Surface { coat: 1.0, coat_alpha: 0.1, coat_darkening: 1.0, ..WHITE };
+    let below = [
+        clear(Passage::Volume, 1.5),
+        clear(Passage::Wall, 1.5),
+        Surface { passage: Passage::Leaf { fraction: 0.6, color: Rgb::ONE }, ..WHITE },
+    ];
+    let coats = below.map(|b| Surface { passage: b.passage, ..coat });
+    assert_white("coats that darken", &coats, [0.985, 1.005]);
+    let film = Surface { film: 1.0, film_ior: 1.3, film_thickness: 400.0, ..coat };
+    let mirror = Surface { coat_f0: 1.0, ..coat };
+    for (surface, base) in [film, mirror].into_iter().flat_map(|s| [0.2, 0.7, 1.0].map(|base| (s, base))) {
+        for metallic in [0.0, 1.0] {
+            let layered = Layered::new(&Surface { base_color: Rgb::splat(base), metallic, ..surface });
+            let found = albedo(&layered, Vec3::new(0.6, 0.0, 0.8), Transport::Radiance, 1024);
+            assert!(found > 0.0 && found < 1.003, "{found} of {:?}", layered.surface());
+        }
+    }
+}
+
+/// In water or in another glass a surface keeps no more than it receives: what it has of averages is of that index.
+#[test]
+fn in_another_medium_nothing_is_gained() {
+    for (ior, front) in [(1.5, 1.33), (2.4, 1.5), (1.33, 2.4), (1.0, 1.5), (1.5, 1.5)] {
+        let glass = clear(Passage::Volume, ior);
+        let passage = Passage::Volume(Clear { fraction: 0.4, ior });
+        for surface in [
+            Surface { coat: 1.0, coat_alpha: 0.2, alpha: 0.2, ..glass },
+            Surface { sheen: Rgb::ONE, sheen_alpha: 0.3, alpha: 0.2, ..glass },
+            Surface { passage, alpha: 0.2, ..glass },
+        ] {
+            let layered = Layered::new(&surface).with_volume_ior(ior / front);
+            for cos in [0.9_f32, 0.5, 0.2, -0.5, -0.9] {
+                let known = Vec3::new((1.0 - cos * cos).sqrt(), 0.0, cos);
+                let found = albedo(&layered, known, Transport::Radiance, 4096);
+                assert!((0.93..1.012).contains(&found), "{found} from {known}, {ior} in {front}: {surface:?}");
+            }
+            let back = layered.with_volume_ior(ior);
+            assert_eq!(back, Layered::new(&surface), "{ior} in {front}");
+        }
+    }
 }
 
 #[test]
