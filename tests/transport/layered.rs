@@ -12,7 +12,7 @@ use pathspace::{
         bsdf::Metal,
         camera::{Camera, Sensor},
         geometry::Geometry,
-        layers::{LayerMaps, Layers},
+        layers::{Coating, LayerMaps, Layers},
         light::Light,
         material::{Boundary, Maps, Material, MaterialId, Parameters},
         texture::{Encoding, Image, Texels, Texture},
@@ -99,7 +99,8 @@ fn every_strategy_sees_the_same() {
 }
 
 /// Layers on what transmits, under a lamp and a sky: a coated ball that absorbs and disperses, one under a film that
-/// lies in another under sheen, so that their bodies overlap, one between metal and glass, and a pane of many layers.
+/// lies in another under fuzz, so that their bodies overlap, one between metal and glass, and a pane of many layers,
+/// all on a rough floor under a coloured coat.
 pub fn vitrine(sensor: Sensor) -> Scene {
     let glass = Parameters {
         base_color: Rgb::new(0.9, 0.95, 0.8),
@@ -110,13 +111,16 @@ pub fn vitrine(sensor: Sensor) -> Scene {
     };
     let water = Parameters { ior: 1.33, base_color: Rgb::ONE, ..glass };
     let film = Layers { iridescence: 1.0, film_ior: 1.8, film_thickness: 420.0, ..Layers::NONE };
-    let velvet = Layers { sheen: Rgb::new(0.6, 0.8, 0.7), sheen_roughness: 0.7, ..Layers::NONE };
+    let velvet = Layers { sheen: Rgb::new(0.6, 0.8, 0.7), sheen_roughness: 0.7, fuzz: Some(0.8), ..Layers::NONE };
     let brushed = Layers { anisotropy: 0.7, ..varnish(0.8) };
+    let coating = Some(Coating { ior: 1.7, color: Rgb::new(0.9, 0.7, 0.3), darkening: 0.8 });
+    // As rough as light tracing, which meets it by chance, can settle.
+    let clay = Layers { diffuse_roughness: 0.9, coat: 0.7, coat_roughness: 0.6, coating, ..Layers::NONE };
     let none = LayerMaps::default;
     let mut coated = material("coated", varnish(1.0), glass, none());
     (coated.absorption, coated.dispersion) = (Rgb::new(0.5, 1.0, 2.0), 1.0);
     let materials = vec![
-        material("floor", varnish(1.0), PLASTIC, none()),
+        material("floor", clay, PLASTIC, none()),
         coated,
         material("film", film, Parameters { roughness: 0.4, ..glass }, none()),
         material("wet velvet", velvet, Parameters { roughness: 0.6, ..water }, none()),

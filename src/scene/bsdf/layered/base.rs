@@ -95,6 +95,22 @@ pub(super) fn albedo(s: &Stack, end: &End) -> f32 {
     once + s.multiple.max_element() * end.split.missing
 }
 
+/// The fraction of what the base sends back to its layers that facets reflect for being met at a grazing angle.
+pub(super) fn grazing_part(s: &Stack, split: &Split) -> f32 {
+    let at = |cos: f32| {
+        let [dielectric, _] = both(s, cos);
+        // What comes from the denser side is reflected at many angles as a whole.
+        let clear = s.clear.as_ref().map_or(Rgb::ZERO, |boundary| {
+            let reflected = if boundary.is_denser_above() { Rgb::ONE } else { dielectric };
+            boundary.meets_layers_again(s, reflected)
+        });
+        (reflectance(s, cos) + clear).max_element()
+    };
+    let normal = at(1.0) * split.normal + s.multiple.max_element() * split.missing;
+    let grazing = at(0.0) * split.grazing;
+    grazing / (normal + grazing).max(f32::MIN_POSITIVE)
+}
+
 /// `w` mirrored at the facet normal `h`.
 pub(super) fn mirror(w: Vec3, h: Vec3) -> Vec3 {
     fresnel::reflect(w, h, w.dot(h))

@@ -126,6 +126,11 @@ impl Boundary {
         Between { missing: albedo::boundary_missing(cos.abs(), self.alpha, self.glass.eta_across(cos)), crosses }
     }
 
+    /// Whether light that comes from above may be reflected as a whole.
+    pub fn is_denser_above(&self) -> bool {
+        self.is_volume && self.glass.ior < 1.0
+    }
+
     /// What it does with light that meets layers again, of a mean `reflected`: what a volume reflects, and all of a
     /// thin wall's.
     pub fn meets_layers_again(&self, s: &Stack, reflected: Rgb) -> Rgb {

@@ -5,7 +5,9 @@
 //! They send it back, and it finds its way out as D(θ) D(θ′)/D̄: reciprocal, and white again.
 //!
 //! Of a base that reflects less, D is as much less. It needs the distribution of θ′ only, by quantiles that are denser
-//! at low angles, which a table has over θ and α.
+//! at low angles, which a table has over θ and α: of what facets reflect as at normal incidence, with what leaves after
+//! several of them, and of what they reflect because they are met at a grazing angle (Schlick's weight), which is at
+//! lower angles.
 
 use std::{f32::consts::FRAC_PI_2, sync::LazyLock};
 
@@ -15,7 +17,7 @@ use super::{Averages, End, Part, Stack, base::mirror, facets::Facets};
 use crate::{
     math::Rgb,
     sampling::warp,
-    scene::bsdf::{albedo::Split, layer::product_lobe},
+    scene::bsdf::{albedo::Split, fresnel::schlick_power, layer::product_lobe},
 };
 
 /// The lobe that gives it back.
@@ -42,16 +44,20 @@ impl Part for Spread {
     }
 }
 
-/// D of a base that reflects everything, towards a direction of this cosine; nothing under a tilted coat, which loses
-/// light anyway.
-pub(super) fn lacking(s: &Stack, cos: f32) -> f32 {
+/// D of a base that reflects everything, towards a direction of this cosine, where the fraction `grazing` of it is what
+/// facets reflect for being met at a grazing angle; nothing under a tilted coat, which loses light anyway.
+pub(super) fn lacking(s: &Stack, cos: f32, grazing: f32) -> f32 {
     if s.coat_axes.is_some() || s.surface.coat == 0.0 && s.sheen_cover == 0.0 {
         return 0.0;
     }
     let t = s.through(cos);
     let lacks = |alpha: f32| {
-        let parts = quantiles(cos, alpha).map(|cos| (t - s.through(cos)).max(0.0));
-        (0..PARTS).map(|k| parts[k] * (share(k + 1) - share(k))).sum::<f32>()
+        let of = |kind: usize| {
+            let parts = quantiles(cos, alpha, kind).map(|cos| (t - s.through(cos)).max(0.0));
+            (0..PARTS).map(|k| parts[k] * (share(k + 1) - share(k))).sum::<f32>()
+        };
+        // What hardly counts is not looked up.
+        if grazing < 0.01 { of(0) } else { of(0) + (of(1) - of(0)) * grazing }
     };
     let Facets { x, y } = s.facets;
     // With a grain the less of both: never more is given back than what lacks.
@@ -97,9 +103,10 @@ const ROWS: usize = 12;
 const LEAST_COS: f32 = 1e-3;
 const LEAST_ROOT: f32 = 0.0325;
 
-/// The mean cosine of each part, for a white base of this α that is met at this cosine.
-fn quantiles(cos: f32, alpha: f32) -> [f32; PARTS] {
-    static TABLE: LazyLock<Vec<[f32; PARTS]>> = LazyLock::new(table);
+/// The mean cosine of each part, for a white base of this α that is met at this cosine: of what it reflects as at
+/// normal incidence (0), and for being met at a grazing angle (1).
+fn quantiles(cos: f32, alpha: f32, kind: usize) -> [f32; PARTS] {
+    static TABLE: LazyLock<Vec<[[f32; PARTS]; 2]>> = LazyLock::new(table);
     let place = |x: f32, n: usize| {
         let x = x.clamp(0.0, 1.0) * (n - 1) as f32;
         let i = (x as usize).min(n - 2);
@@ -107,7 +114,7 @@ fn quantiles(cos: f32, alpha: f32) -> [f32; PARTS] {
     };
     let root = (alpha.sqrt() - LEAST_ROOT) / (1.0 - LEAST_ROOT);
     let ((i, u), (j, v)) = (place(cos.sqrt(), COLUMNS), place(root, ROWS));
-    let at = |i: usize, j: usize| TABLE[j * COLUMNS + i];
+    let at = |i: usize, j: usize| TABLE[j * COLUMNS + i][kind];
     let [a, b, c, d] = [at(i, j), at(i + 1, j), at(i, j + 1), at(i + 1, j + 1)];
     std::array::from_fn(|k| {
         let (low, high) = (a[k] + (b[k] - a[k]) * u, c[k] + (d[k] - c[k]) * u);
@@ -116,39 +123,48 @@ fn quantiles(cos: f32, alpha: f32) -> [f32; PARTS] {
 }
 
 /// The quantiles' distances from the cosine: none for a mirror.
-fn table() -> Vec<[f32; PARTS]> {
+fn table() -> Vec<[[f32; PARTS]; 2]> {
     let entry = |k: usize| {
         let (i, j) = (k % COLUMNS, k / COLUMNS);
         let root_cos = i as f32 / (COLUMNS - 1) as f32;
         let root_alpha = LEAST_ROOT + (1.0 - LEAST_ROOT) * j as f32 / (ROWS - 1) as f32;
         let cos = (root_cos * root_cos).max(LEAST_COS);
-        distribution(cos, root_alpha * root_alpha).map(|quantile| quantile - cos)
+        distributions(cos, root_alpha * root_alpha).map(|parts| parts.map(|quantile| quantile - cos))
     };
     (0..ROWS * COLUMNS).map(entry).collect()
 }
 
 /// The mean cosine of each part, by facets visible from there and by what leaves after several of them.
-fn distribution(cos: f32, alpha: f32) -> [f32; PARTS] {
+fn distributions(cos: f32, alpha: f32) -> [[f32; PARTS]; 2] {
     const N: usize = 32;
     let facets = Facets { x: alpha, y: alpha };
     let from = Vec3::new((1.0 - cos * cos).max(0.0).sqrt(), 0.0, cos);
-    let mut light = Vec::with_capacity(N * N + N);
+    let [mut normal, mut grazing] = [(); 2].map(|()| Vec::with_capacity(N * N + N));
     for k in 0..N * N {
         let u = [(k % N) as f32 + 0.5, (k / N) as f32 + 0.5].map(|x| x / N as f32);
         let to = mirror(from, facets.sample_visible(from, u));
         let facet = facets.reflect(from, to);
         if facet.forward > 0.0 {
-            light.push((to.z, facet.value * to.z / facet.forward / (N * N) as f32));
+            let (weight, power) = (facet.value * to.z / facet.forward / (N * N) as f32, schlick_power(facet.cos));
+            normal.push((to.z, weight * (1.0 - power)));
+            grazing.push((to.z, weight * power));
         }
     }
     let (own, average) = (Split::towards(cos, alpha).missing, Split::average(alpha).missing);
     for k in 0..N {
         let root = ((k as f32 + 0.5) / N as f32).sqrt();
         let of_lobe = Split::towards(root, alpha).missing / average;
-        light.push((root, if average > 0.0 { own * of_lobe / N as f32 } else { 0.0 }));
+        normal.push((root, if average > 0.0 { own * of_lobe / N as f32 } else { 0.0 }));
     }
+    // Met along its normal, a smooth one has no such light.
+    let has_grazing = grazing.iter().any(|(_, weight)| *weight > 0.0);
+    [normal.clone(), if has_grazing { grazing } else { normal }].map(parts_of)
+}
+
+/// The mean cosine of each part of light that leaves at these cosines with these weights.
+fn parts_of(mut light: Vec<(f32, f32)>) -> [f32; PARTS] {
     light.sort_by(|a, b| a.0.total_cmp(&b.0));
-    let total = light.iter().map(|(_, weight)| weight).sum::<f32>();
+    let total = light.iter().map(|(_, weight)| weight).sum::<f32>().max(f32::MIN_POSITIVE);
     let (mut sums, mut below, mut part) = ([0.0; PARTS], 0.0, 0);
     for (cos, weight) in light {
         let mut left = weight / total;

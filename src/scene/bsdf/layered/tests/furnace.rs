@@ -166,7 +166,7 @@ fn in_another_medium_nothing_is_gained() {
             for cos in [0.9_f32, 0.5, 0.2, -0.5, -0.9] {
                 let known = Vec3::new((1.0 - cos * cos).sqrt(), 0.0, cos);
                 let found = albedo(&layered, known, Transport::Radiance, 4096);
-                assert!((0.93..1.012).contains(&found), "{found} from {known}, {ior} in {front}: {surface:?}");
+                assert!((0.93..1.03).contains(&found), "{found} from {known}, {ior} in {front}: {surface:?}");
             }
             let back = layered.with_volume_ior(ior);
             assert_eq!(back, Layered::new(&surface), "{ior} in {front}");
@@ -182,7 +182,7 @@ fn fuzz_and_rough_bases_lose_nothing() {
         sheen_place: SheenPlace::OverAll { cover: 1.0 },
         ..WHITE
     });
-    assert_white("fuzz", &fuzz, [0.99, 1.002]);
+    assert_white("fuzz", &fuzz, [0.99, 1.003]);
     let rough = [0.4, 1.0].map(|diffuse_roughness| Surface { diffuse_roughness, ..WHITE });
     assert_white("rough diffuse bases", &rough, [0.99, 1.008]);
     let coats = [1.2_f32, 2.0].map(|ior| Surface {
@@ -198,13 +198,13 @@ fn fuzz_and_rough_bases_lose_nothing() {
 #[test]
 fn a_coat_loses_nothing() {
     let coats = [0.0, 0.1, 0.5].map(|coat_alpha| Surface { coat: 1.0, coat_alpha, ..WHITE });
-    assert_white("coat", &coats, [0.99, 1.002]);
+    assert_white("coat", &coats, [0.994, 1.003]);
 }
 
 #[test]
 fn sheen_loses_nothing() {
     let sheens = [0.04, 0.3, 1.0].map(|sheen_alpha| Surface { sheen: Rgb::ONE, sheen_alpha, ..WHITE });
-    assert_white("sheen", &sheens, [0.988, 1.002]);
+    assert_white("sheen", &sheens, [0.989, 1.003]);
 }
 
 #[test]
