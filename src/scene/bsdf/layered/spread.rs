@@ -13,7 +13,11 @@ use std::{f32::consts::FRAC_PI_2, sync::LazyLock};
 
 use glam::Vec3;
 
-use super::{Averages, End, Part, Stack, base::mirror, facets::Facets};
+use super::{
+    Averages, End, Part, Stack,
+    base::{grazing_part, mirror},
+    facets::Facets,
+};
 use crate::{
     math::Rgb,
     sampling::warp,
@@ -44,13 +48,13 @@ impl Part for Spread {
     }
 }
 
-/// D of a base that reflects everything, towards a direction of this cosine, where the fraction `grazing` of it is what
-/// facets reflect for being met at a grazing angle; nothing under a tilted coat, which loses light anyway.
-pub(super) fn lacking(s: &Stack, cos: f32, grazing: f32) -> f32 {
+/// D of a base that reflects everything, towards a direction of this cosine, in which its light has this split; nothing
+/// under a tilted coat, which loses light anyway.
+pub(super) fn lacking(s: &Stack, cos: f32, split: &Split) -> f32 {
     if s.coat_axes.is_some() || s.surface.coat == 0.0 && s.sheen_cover == 0.0 {
         return 0.0;
     }
-    let t = s.through(cos);
+    let (t, grazing) = (s.through(cos), grazing_part(s, split));
     let lacks = |alpha: f32| {
         let of = |kind: usize| {
             let parts = quantiles(cos, alpha, kind).map(|cos| (t - s.through(cos)).max(0.0));

@@ -193,7 +193,7 @@ impl Stack {
             end.clear = boundary.between(up.z * if above { 1.0 } else { -1.0 }, &end.split);
         }
         if end.covered {
-            let lacking = spread::lacking(self, up.z, base::grazing_part(self, &end.split));
+            let lacking = spread::lacking(self, up.z, &end.split);
             end.spread =
                 if lacking > 0.0 { (base::albedo(self, &end) + clear::albedo(self, &end)) * lacking } else { 0.0 };
         }

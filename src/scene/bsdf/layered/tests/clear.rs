@@ -1,7 +1,7 @@
 //! Clear boundaries under layers: without any they are those of plain glass, light crosses the layers once, and what
 //! does not cross comes back.
 
-use super::*;
+use super::{furnace::power, *};
 use crate::scene::bsdf::{Dielectric, ThinDielectric, fresnel};
 
 fn glass(of: fn(Clear) -> Passage, ior: f32) -> Surface {
@@ -77,19 +77,7 @@ fn light_crosses_a_coat_once() {
 
 /// The part of the power that samples carry to the other side.
 fn passed(layered: &Layered, known: Vec3, transport: Transport) -> f64 {
-    let n = 4096;
-    let weights = (0..n).map(|i| {
-        let u = Vec3::from_array([0, 1, 2].map(|dimension| sobol_burley::sample(i, dimension, 5)));
-        layered.sample(known, transport, u).filter(|s| s.direction.z * known.z < 0.0).map_or(0.0, |s| {
-            let (to_camera, to_light) = transport.sides(known, s.direction);
-            let cos = match transport {
-                Transport::Radiance => to_light.z * layered.relative_ior(to_camera, to_light).powi(2),
-                Transport::Importance => to_camera.z,
-            };
-            f64::from(s.scatter.f.g() * cos.abs()) / f64::from(s.scatter.forward_reverse(transport).0.0)
-        })
-    });
-    weights.sum::<f64>() / f64::from(n)
+    power(layered, known, transport, 4096, |w| w.z * known.z < 0.0)
 }
 
 /// A film of a quarter of a wave of a greater index mirrors its own wavelength, and lets pass what is left of each: a
